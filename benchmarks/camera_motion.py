@@ -25,7 +25,7 @@ from drake_tracker import load_scenario
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults import config
 from drake_tracker.faults.camera_faults import turned
-from drake_tracker.faults.fault import View
+from drake_tracker.faults.fault import FaultyView
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.tasks.train.vision_parts import load_cameras, rendered_windows
 from drake_tracker.vision.camera_motion import CameraMotionDetector, align, edge_tolerance
@@ -140,7 +140,7 @@ def scene(seed):
     scenario, sequence = load_scenario("train:learned", seed=seed), train_sequence(seed, LAPS)
     model, window = load_cameras(scenario)["left"], rendered_windows(scenario)["left"]
     u0, v0, width, height = window
-    crop, view = np.s_[v0 : v0 + height, u0 : u0 + width], View("left", model, window)
+    crop, view = np.s_[v0 : v0 + height, u0 : u0 + width], FaultyView("left", model, window)
     K = model.K.copy()
     K[:2, 2] -= (u0, v0)
     pattern = cv2.GaussianBlur(np.random.default_rng(seed).normal(size=(height, width)), (0, 0), 2.0)

@@ -20,13 +20,13 @@ import numpy as np
 
 from drake_tracker.dispatch import (
     DISPATCHERS,
-    Belt,
     Cell,
     CycleModel,
     CycleTime,
     Eligibility,
-    Hand,
-    Window,
+    FreeHand,
+    PickWindow,
+    SimulatedBelt,
     bunched_arrivals,
     even_arrivals,
     make_dispatcher,
@@ -44,13 +44,13 @@ SPEEDS, BUNCHES = (0.10, 0.06), (1, 4)
 ROWS = [0.19 + 0.065 * row for row in range(6)]
 CELLS = tuple(Cell(x, y) for y in (*(-row for row in ROWS), *reversed(ROWS)) for x in (0.345, 0.410))
 """The cells in the order in which the conveyor fills them."""
-START, WAIT = Hand(0.60, -0.30, 0.0), (0.60, -0.30)
+START, WAIT = FreeHand(0.60, -0.30, 0.0), (0.60, -0.30)
 RESAMPLES = 2000
 LOAD_SPEED, LOADS = 0.15, (0.4, 0.6, 0.8, 1.0)
 """Speed of the belt [m/s], and parts that arrive for each that the arm can pick, in the table of the loads."""
 VARIATION = 0.3
 """Of even arrivals."""
-LENGTHS = {0.82: Window(), 1.20: Window(-0.60, 0.60), 2.40: Window(-1.20, 1.20)}
+LENGTHS = {0.82: PickWindow(), 1.20: PickWindow(-0.60, 0.60), 2.40: PickWindow(-1.20, 1.20)}
 """{length of the window [m]: the window}. The second is at the limit of the PUMA's reach, the last far beyond it."""
 
 
@@ -69,7 +69,7 @@ def picks_of(belt, bunch, seed):
         arrivals = poisson_arrivals(belt, RATE, DURATION, seed)
     else:
         arrivals = bunched_arrivals(belt, RATE, bunch, DURATION, seed)
-    model = CycleModel(CycleTime(), Window())
+    model = CycleModel(CycleTime(), PickWindow())
     picks = {name: picks_by(name, model, arrivals, belt, DURATION) for name in DISPATCHERS.names}
     bound = clairvoyant(model, arrivals, START, CELLS, belt.y_seen, DURATION)
     picks["clairvoyant"] = bound.upper
@@ -86,7 +86,7 @@ def ratio(numbers, over):
 
 def compare(speed, bunch, seeds):
     """Returns the result of a case."""
-    runs = [picks_of(Belt(speed=speed), bunch, seed) for seed in seeds]
+    runs = [picks_of(SimulatedBelt(speed=speed), bunch, seed) for seed in seeds]
     counts = {name: np.array([picks[name] for picks, _ in runs], float) for name in runs[0][0]}
     ones = np.ones(len(runs))
     return {
@@ -118,7 +118,7 @@ def load_cases(seeds):
     cases = []
     for length, window in LENGTHS.items():
         model = CycleModel(CycleTime(), window)
-        belt = Belt(speed=LOAD_SPEED, y_seen=window.y_first - 0.05)
+        belt = SimulatedBelt(speed=LOAD_SPEED, y_seen=window.y_first - 0.05)
         saturated = [poisson_arrivals(belt, RATE, DURATION, seed) for seed in seeds]
         capacity = np.mean([picks_by("look_ahead", model, run, belt, DURATION) for run in saturated]) / DURATION
         for pattern in ("independent", "even"):

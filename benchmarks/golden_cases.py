@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from drake_tracker.arm.config import Hand
+from drake_tracker.arm.config import HandKind
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.registry import snake_case
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
@@ -82,7 +82,7 @@ def _measured():
             blind = run("train", *change, *SMALL_CIRCLE, seconds=10, out="blind")
             yield Case(f"estimator:{snake_case(kind.__name__)}", (blind, run("train:guided", *change, out="guided")))
     for kind in list(ARMS.makers)[1:]:  # the first one is the default
-        if kind not in arms_without(Hand.GRIPPER):
+        if kind not in arms_without(HandKind.GRIPPER):
             yield Case(
                 f"arm:{snake_case(kind.__name__)}",
                 (run("train:guided", MEASURED, f"arm=!{kind.__name__} {{}}", "train.body=round"),),

@@ -28,7 +28,7 @@ from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.vision_parts import load_cameras
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.vision.centroid.plane_projection import board_window, camera_on_board
-from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
 from drake_tracker.world.ball.release_system import draw_delay
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
@@ -106,7 +106,7 @@ def train_window(seed):
     """Returns the mask of the window of the left camera of `train:learned`."""
     scenario = load_scenario("train:learned", seed=seed)
     camera = load_cameras(scenario)["left"]
-    window = project_window(camera, scenario.vision.work_volume, scenario.vision.outline)
+    window = project_region(camera, scenario.vision.work_volume, scenario.vision.outline)
     return window.mask((0, 0, scenario.cameras.width, scenario.cameras.height))
 
 

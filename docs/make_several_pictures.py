@@ -29,7 +29,7 @@ from drake_tracker.vision.silhouettes.object_shape import outline_area  # noqa: 
 from drake_tracker.vision.silhouettes.silhouettes import find_silhouettes  # noqa: E402
 from drake_tracker.vision.silhouettes.split_silhouettes import divide  # noqa: E402
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian  # noqa: E402
-from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow  # noqa: E402
+from drake_tracker.vision.silhouettes.validation_gate import ValidationGate  # noqa: E402
 
 IMAGES = DOCS / "images"
 SEED = 11
@@ -173,7 +173,7 @@ def window_of(camera, track):
     u, v = camera.project(track.position)[0]
     edges = J @ track.shape.edges
     depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
-    return ObjectWindow(track.number, u, v, 1.0, edges, track.shape.fill * outline_area(edges), depth, J)
+    return ValidationGate(track.number, u, v, 1.0, edges, track.shape.fill * outline_area(edges), depth, J)
 
 
 def draw_box(image, scene, track, foreground):

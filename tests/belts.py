@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from drake_tracker.dispatch import Candidate, Cell, CycleModel, CycleTime, Eligibility, Hand, Window
+from drake_tracker.dispatch import Candidate, Cell, CycleModel, CycleTime, Eligibility, FreeHand, PickWindow
 
-MODEL = CycleModel(CycleTime(), Window())
+MODEL = CycleModel(CycleTime(), PickWindow())
 ELIGIBILITY = Eligibility()
 CELLS = tuple(Cell(x, side * (0.19 + 0.065 * row)) for side in (1, -1) for row in range(6) for x in (0.345, 0.410))
-START = Hand(0.38, 0.0, 0.0)
+START = FreeHand(0.38, 0.0, 0.0)
 
 
 def part(number, x=0.60, y=0.0, v=0.10, std=0.001, clear=math.inf, kind=0):

@@ -13,7 +13,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import true_camera_models
 
@@ -63,7 +63,7 @@ class SmallLaboratory:
     def __init__(self):
         models = true_camera_models(CamerasConfig(width=SIZE, height=SIZE))
         self.cameras = {side: models[f"camera_{side}"] for side in ("left", "right")}
-        self.windows = {side: project_window(self.cameras[side], WORK_VOLUME, "ellipse") for side in self.cameras}
+        self.windows = {side: project_region(self.cameras[side], WORK_VOLUME, "ellipse") for side in self.cameras}
         self.whole = dict.fromkeys(self.cameras, (0, 0, SIZE, SIZE))
 
     def circle(self, time):

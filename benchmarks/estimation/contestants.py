@@ -3,7 +3,8 @@
 import json
 from pathlib import Path
 
-from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.parts import TurnFilter
 
 PARAMETERS = Path(__file__).with_name("parameters.json")
 """Written by `tune.py` before any published run."""
@@ -35,7 +36,7 @@ def contestant(name, sigma_mm, law, parameters, path="oval"):
     if name in ("arc_length", "alpha_beta_gamma"):
         return make_estimator(name, **parameters[name][f"{sigma_mm:g}"])
     if name == SINGLE:
-        return CoordinatedTurnEstimator()
+        return TurnFilter()
     if name == "closed_path":
         return make_estimator(name, systematic_std=0.0)
     if name in OURS:

@@ -14,7 +14,8 @@ from worlds import HEIGHT, PERIOD, make_world
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.parts import TurnFilter
 from drake_tracker.estimation.parts.rice import mean_factor
 from drake_tracker.estimation.parts.turn_model import turn_step
 from drake_tracker.link.config import Lossy
@@ -55,7 +56,7 @@ LINKS = {
 def own_world(seed, parameters):
     """Returns mean squares [mm^2] of coordinated_turn in the world that it assumes, and their bound, by horizon."""
     rng = np.random.default_rng([seed, 1])
-    model = CoordinatedTurnEstimator()
+    model = TurnFilter()
     ahead = [round(horizon / PERIOD) for horizon in HORIZONS.values()]
     seen = round(SEEN / PERIOD)
     drives = np.array([_wander(model, seen + max(ahead) + 1, rng) for _ in range(DRIVES)])

@@ -4,8 +4,8 @@ from .arm_model import make_arm_model as make_arm_model
 from .arm_model import tool_down as tool_down
 from .arm_model import tool_yaw as tool_yaw
 from .arm_shape import ArmShape as ArmShape
-from .config import Hand as Hand
 from .config import HandEyeConfig as HandEyeConfig
+from .config import HandKind as HandKind
 from .config import PacketGuardConfig as PacketGuardConfig
 from .config import Puma560 as Puma560
 from .config import ServoConfig as ServoConfig
@@ -21,8 +21,8 @@ from .description import SEVEN_JOINT as SEVEN_JOINT
 from .description import UR5E as UR5E
 from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
-from .hand_eye_correction import VisualEdge as VisualEdge
-from .hand_eye_correction_system import VisualEdgeSystem as VisualEdgeSystem
+from .hand_eye_correction import HandEyeCorrection as HandEyeCorrection
+from .hand_eye_correction_system import HandEyeCorrectionSystem as HandEyeCorrectionSystem
 from .kinds import ARMS as ARMS
 from .kinds import make_arm as make_arm
 from .marker_kinematics import MarkerKinematics as MarkerKinematics

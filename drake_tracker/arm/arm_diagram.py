@@ -9,8 +9,8 @@ from pydrake.systems.primitives import MatrixGain
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.config import ServoConfig
-from drake_tracker.arm.hand_eye_correction import VisualEdge
-from drake_tracker.arm.hand_eye_correction_system import VisualEdgeSystem
+from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
+from drake_tracker.arm.hand_eye_correction_system import HandEyeCorrectionSystem
 from drake_tracker.arm.motion.joint_servo import add_set_point_spline
 from drake_tracker.arm.motion.servo_system import add_servo
 from drake_tracker.arm.motion.tool_controller import add_tool_controller
@@ -111,7 +111,7 @@ class ArmDiagram(Diagram):
         *,
         jaw_opening: float = 0.0,
         clearance: ArmClearance | None = None,
-        edge: VisualEdge | None = None,
+        edge: HandEyeCorrection | None = None,
         swings: bool = False,
     ) -> None:
         super().__init__()
@@ -129,7 +129,7 @@ class ArmDiagram(Diagram):
         builder.AddSystem(decision)
         target = servo_system.GetOutputPort("target")
         if edge is not None:
-            visual_edge = builder.AddNamedSystem("visual_edge", VisualEdgeSystem(edge, model, time_step))
+            visual_edge = builder.AddNamedSystem("visual_edge", HandEyeCorrectionSystem(edge, model, time_step))
             builder.Connect(target, visual_edge.GetInputPort("target"))
             builder.ExportInput(visual_edge.GetInputPort("hand_point"), "hand_point")
             target = visual_edge.GetOutputPort("corrected")

@@ -112,7 +112,7 @@ class UR5e:
     gripper."""
 
 
-class Hand(Enum):
+class HandKind(Enum):
     """The hand at the end of an arm; a task needs one of them."""
 
     GRIPPER = "gripper"

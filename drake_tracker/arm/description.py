@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from drake_tracker.arm.config import Hand
+from drake_tracker.arm.config import HandKind
 
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints. Each travels half the opening; the first is driven, the second is coupled to it."""
@@ -89,9 +89,9 @@ class ArmDescription:
         return bool(self.fingers)
 
     @property
-    def hand(self) -> Hand:
+    def hand(self) -> HandKind:
         """The kind of hand: a gripper has fingers, a cup has none."""
-        return Hand.GRIPPER if self.fingers else Hand.CUP
+        return HandKind.GRIPPER if self.fingers else HandKind.CUP
 
 
 PUMA560 = ArmDescription(

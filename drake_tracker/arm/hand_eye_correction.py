@@ -43,7 +43,7 @@ class Doubt(IntEnum):
 
 
 @dataclass(frozen=True)
-class VisualEdgeState(FrozenState):
+class HandEyeCorrectionState(FrozenState):
     """What the arm remembers of its hand.
 
     Attributes:
@@ -79,7 +79,7 @@ class VisualEdgeState(FrozenState):
     reason: Doubt
 
 
-class VisualEdge:
+class HandEyeCorrection:
     """Arithmetic of the correction.
 
     The correction follows the median of the newest measurements at a limited rate, as a critically damped system of
@@ -92,13 +92,15 @@ class VisualEdge:
     def __init__(self, settings: HandEyeConfig = HandEyeConfig()) -> None:
         self._settings = settings
 
-    def initial_state(self) -> VisualEdgeState:
+    def initial_state(self) -> HandEyeCorrectionState:
         """Returns the state before the first measurement."""
         none, zero = read_only(np.zeros((0, 3))), read_only(np.zeros(3))
         times = read_only(np.zeros(0))
-        return VisualEdgeState(times, none, -math.inf, none, 0, 0.0, 0.0, zero, zero, zero, False, 0, 0, Doubt.NONE)
+        return HandEyeCorrectionState(
+            times, none, -math.inf, none, 0, 0.0, 0.0, zero, zero, zero, False, 0, 0, Doubt.NONE
+        )
 
-    def remember(self, state: VisualEdgeState, time: float, p_WT: np.ndarray) -> VisualEdgeState:
+    def remember(self, state: HandEyeCorrectionState, time: float, p_WT: np.ndarray) -> HandEyeCorrectionState:
         """Returns the state after the joints were measured.
 
         Args:
@@ -113,7 +115,7 @@ class VisualEdge:
             tools=read_only(np.vstack([state.tools[kept], p_WT])),
         )
 
-    def update(self, state: VisualEdgeState, time: float, measurement: np.ndarray) -> VisualEdgeState:
+    def update(self, state: HandEyeCorrectionState, time: float, measurement: np.ndarray) -> HandEyeCorrectionState:
         """Returns the state after a tick.
 
         Args:
@@ -131,7 +133,7 @@ class VisualEdge:
         wanted = np.median(state.differences, axis=0) if state.used else np.zeros(3)
         return self._step(state, time, wanted)
 
-    def shifted(self, state: VisualEdgeState, target: np.ndarray) -> np.ndarray:
+    def shifted(self, state: HandEyeCorrectionState, target: np.ndarray) -> np.ndarray:
         """Returns a `ServoTarget` vector with the correction subtracted from its position, and its rate from the speed.
 
         Args:
@@ -145,12 +147,12 @@ class VisualEdge:
         new[_VELOCITY] -= state.rate
         return new
 
-    def report(self, state: VisualEdgeState) -> np.ndarray:
+    def report(self, state: HandEyeCorrectionState) -> np.ndarray:
         """Returns the `HandCorrection` vector of a state."""
         counts = [float(state.used), state.accepted, state.rejected, float(state.reason)]
         return np.concatenate([[state.updated], state.correction, counts])
 
-    def _measured(self, state: VisualEdgeState, time: float, hand: HandPoint) -> VisualEdgeState:
+    def _measured(self, state: HandEyeCorrectionState, time: float, hand: HandPoint) -> HandEyeCorrectionState:
         """Returns the state after a new measurement of the hand."""
         doubt, difference = self._compare(state, hand)
         if doubt is Doubt.OUTLIER and state.outliers + 1 >= OUTLIERS:  # it was the earlier ones that were wrong
@@ -162,7 +164,7 @@ class VisualEdge:
         differences = read_only(np.vstack([state.differences[-LEAST + 1 :], difference]))
         return replace(state, differences=differences, outliers=0, seen=time, accepted=state.accepted + 1)
 
-    def _compare(self, state: VisualEdgeState, hand: HandPoint) -> tuple[Doubt, np.ndarray]:
+    def _compare(self, state: HandEyeCorrectionState, hand: HandPoint) -> tuple[Doubt, np.ndarray]:
         """Returns whether a measurement can be used, and the hand seen minus the hand measured, shape (3,) [m]."""
         p_WT = np.array([hand.x, hand.y, hand.z])
         nothing = np.zeros(3)
@@ -178,7 +180,7 @@ class VisualEdge:
             return Doubt.OUTLIER, nothing
         return Doubt.NONE, difference
 
-    def _step(self, state: VisualEdgeState, time: float, wanted: np.ndarray) -> VisualEdgeState:
+    def _step(self, state: HandEyeCorrectionState, time: float, wanted: np.ndarray) -> HandEyeCorrectionState:
         """Returns the state after the correction moved towards the one wanted, shape (3,) [m], until ``time`` [s]."""
         tau, dt = self._settings.time_constant, time - state.updated
         way = wanted - state.goal

@@ -6,17 +6,17 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.arm.arm_model import ArmModel
-from drake_tracker.arm.hand_eye_correction import VisualEdge, VisualEdgeState
+from drake_tracker.arm.hand_eye_correction import HandEyeCorrection, HandEyeCorrectionState
 from drake_tracker.core.messages import HandCorrection, HandPoint, ServoTarget, message_size
 from drake_tracker.core.timing import GUARD_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
 
 
-class VisualEdgeSystem(LeafSystem):
+class HandEyeCorrectionSystem(LeafSystem):
     """Corrects the target of the hand by what the cameras see of the hand.
 
     .. pydrake_system::
 
-        name: VisualEdgeSystem
+        name: HandEyeCorrectionSystem
         input_ports:
         - hand_point
         - arm_state
@@ -41,7 +41,7 @@ class VisualEdgeSystem(LeafSystem):
     """
 
     def __init__(
-        self, edge: VisualEdge, model: ArmModel, time_step: float = TIME_STEP, period: float = VISION_PERIOD
+        self, edge: HandEyeCorrection, model: ArmModel, time_step: float = TIME_STEP, period: float = VISION_PERIOD
     ) -> None:
         super().__init__()
         self._edge, self._model = edge, model
@@ -70,8 +70,8 @@ class VisualEdgeSystem(LeafSystem):
     def _calc_report(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._edge.report(self._value(context)))
 
-    def _value(self, context: Context) -> VisualEdgeState:
+    def _value(self, context: Context) -> HandEyeCorrectionState:
         return context.get_abstract_state(int(self._state)).get_value()
 
-    def _set(self, state: State, value: VisualEdgeState) -> None:
+    def _set(self, state: State, value: HandEyeCorrectionState) -> None:
         state.get_mutable_abstract_state(int(self._state)).set_value(value)

@@ -1,6 +1,6 @@
 """The registry of the arms."""
 
-from drake_tracker.arm.config import Hand, Puma560, SevenJoint, UR5e
+from drake_tracker.arm.config import HandKind, Puma560, SevenJoint, UR5e
 from drake_tracker.arm.description import (
     PUMA560,
     PUMA560_CUP,
@@ -10,32 +10,32 @@ from drake_tracker.arm.description import (
     ArmDescription,
 )
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 
 
-def puma560(settings: Puma560, *, hand: Hand) -> ArmDescription:
+def puma560(settings: Puma560, *, hand: HandKind) -> ArmDescription:
     """Returns the PUMA 560 with a hand. Raises DrakeTrackerError for markers on a cup."""
-    if settings.markers and hand is not Hand.GRIPPER:
+    if settings.markers and hand is not HandKind.GRIPPER:
         raise DrakeTrackerError(f"arm.markers: the {hand.value} has no fingers that could carry markers")
     return _with_hand(settings, (PUMA560_MARKED if settings.markers else PUMA560, PUMA560_CUP), hand)
 
 
-def seven_joint(settings: SevenJoint, *, hand: Hand) -> ArmDescription:
+def seven_joint(settings: SevenJoint, *, hand: HandKind) -> ArmDescription:
     """Returns the arm with seven joints with a hand."""
     return _with_hand(settings, (SEVEN_JOINT,), hand)
 
 
-def ur5e(settings: UR5e, *, hand: Hand) -> ArmDescription:
+def ur5e(settings: UR5e, *, hand: HandKind) -> ArmDescription:
     """Returns the arm like the UR5e with a hand."""
     return _with_hand(settings, (UR5E,), hand)
 
 
-ARMS: Kinds[ArmDescription] = Kinds("arm", {Puma560: puma560, SevenJoint: seven_joint, UR5e: ur5e})
+ARMS: Registry[ArmDescription] = Registry("arm", {Puma560: puma560, SevenJoint: seven_joint, UR5e: ur5e})
 """Every arm of the package by its settings; the one place where an arm is registered. A maker takes the settings and
 the hand that the task needs."""
 
 
-def make_arm(settings: object, *, hand: Hand) -> ArmDescription:
+def make_arm(settings: object, *, hand: HandKind) -> ArmDescription:
     """Returns the description of an arm with a hand.
 
     Args:
@@ -47,12 +47,12 @@ def make_arm(settings: object, *, hand: Hand) -> ArmDescription:
     return ARMS.make(settings, hand=hand)
 
 
-def arms_without(hand: Hand) -> tuple[type, ...]:
+def arms_without(hand: HandKind) -> tuple[type, ...]:
     """Returns the kinds of arm that do not have a hand."""
     return tuple(kind for kind in ARMS.makers if not _has(kind, hand))
 
 
-def _has(kind: type, hand: Hand) -> bool:
+def _has(kind: type, hand: HandKind) -> bool:
     try:
         ARMS.make(kind(), hand=hand)
     except DrakeTrackerError:
@@ -60,7 +60,7 @@ def _has(kind: type, hand: Hand) -> bool:
     return True
 
 
-def _with_hand(settings: object, descriptions: tuple[ArmDescription, ...], hand: Hand) -> ArmDescription:
+def _with_hand(settings: object, descriptions: tuple[ArmDescription, ...], hand: HandKind) -> ArmDescription:
     for description in descriptions:
         if description.hand is hand:
             return description

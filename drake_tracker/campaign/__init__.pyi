@@ -1,5 +1,5 @@
-from .grid import Cell as Cell
-from .plan import Plan as Plan
+from .grid import GridCell as GridCell
+from .plan import CampaignPlan as CampaignPlan
 from .plan import Trial as Trial
 from .plan import make_plan as make_plan
 from .pool import Runner as Runner

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.campaign.plan import Plan, TrialKey, key_of
+from drake_tracker.campaign.plan import CampaignPlan, TrialKey, key_of
 from drake_tracker.campaign.record import Record
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
@@ -19,7 +19,7 @@ _LARGEST_PLAN = 1 << 26
 """Largest size of a plan [bytes]."""
 
 
-def open_directory(plan: Plan, out: str | os.PathLike[str] | None) -> Record:
+def open_directory(plan: CampaignPlan, out: str | os.PathLike[str] | None) -> Record:
     """Returns the `Record` of a campaign's trials, with the trials that its directory already holds.
 
     A new or empty directory starts a campaign. The directory of the same campaign continues it, possibly with more

@@ -24,7 +24,7 @@ _BARE_TAG = re.compile(r"(!\w+),")
 
 
 @dataclass(frozen=True)
-class Cell:
+class GridCell:
     """One combination of the varied settings.
 
     Attributes:
@@ -95,8 +95,8 @@ def make_cells(
     vary: Mapping[str, Sequence[str]],
     origins: Mapping[str, str] | None = None,
     allow_code: bool | None = None,
-) -> list[Cell]:
-    """Returns the `Cell` of every combination; the last key varies fastest.
+) -> list[GridCell]:
+    """Returns the `GridCell` of every combination; the last key varies fastest.
 
     Raises DrakeTrackerError with every error of every combination, each once.
 
@@ -132,7 +132,7 @@ def make_cells(
         except DrakeTrackerError as error:
             errors += [_by_its_origin(line, origins) for line in str(error).splitlines()]
         else:
-            cells.append(Cell(settings, scenario))
+            cells.append(GridCell(settings, scenario))
     if errors:
         raise DrakeTrackerError("\n".join(dict.fromkeys(errors)))
     return cells

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from drake_tracker import __version__
-from drake_tracker.campaign.grid import Cell, make_cells, yaml_text
+from drake_tracker.campaign.grid import GridCell, make_cells, yaml_text
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 
@@ -47,7 +47,7 @@ def key_of(settings: Mapping[str, str], seed: int) -> TrialKey:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CampaignPlan:
     """A campaign: the same seeds in each of its cells.
 
     Attributes:
@@ -64,7 +64,7 @@ class Plan:
     vary: dict[str, list[str]]
     trials: int
     first_seed: int
-    cells: tuple[Cell, ...]
+    cells: tuple[GridCell, ...]
 
     def __len__(self) -> int:
         return self.trials * len(self.cells)
@@ -96,8 +96,8 @@ def make_plan(
     first_seed: int = 0,
     vision: str | None = None,
     allow_code: bool | None = None,
-) -> Plan:
-    """Returns the checked `Plan` of a campaign, before anything runs.
+) -> CampaignPlan:
+    """Returns the checked `CampaignPlan` of a campaign, before anything runs.
 
     Raises DrakeTrackerError, with one line for each error.
 
@@ -128,4 +128,4 @@ def make_plan(
             load_scenario(spec, seed=seed)
         except DrakeTrackerError as error:
             raise DrakeTrackerError(str(error).replace("--seed", option)) from None
-    return Plan(spec, tuple(overrides), texts, trials, first_seed, tuple(cells))
+    return CampaignPlan(spec, tuple(overrides), texts, trials, first_seed, tuple(cells))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drake_tracker.campaign.directory import discard, open_directory
-from drake_tracker.campaign.plan import Plan, Trial, key_of, make_plan
+from drake_tracker.campaign.plan import CampaignPlan, Trial, key_of, make_plan
 from drake_tracker.campaign.pool import Runner, pool, workers_or_all
 from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_of
 from drake_tracker.campaign.record import Record
@@ -46,7 +46,7 @@ class Campaign:
         notes: a line for what was wrong in its record and could be put right.
     """
 
-    plan: Plan
+    plan: CampaignPlan
     rows: list[dict[str, Any]]
     lost: list[tuple[Trial, str]]
     interrupted: bool
@@ -140,7 +140,7 @@ def make_runner(workers: int | None = None, scheduler: str | None = None) -> Run
 
 
 def carry_out(
-    plan: Plan,
+    plan: CampaignPlan,
     runner: Runner,
     out: str | os.PathLike[str] | None = None,
     parquet: bool = False,
@@ -210,7 +210,7 @@ def _run(
     return lost, False
 
 
-def _check_parts(plan: Plan, say: Callable[[str], object] | None) -> None:
+def _check_parts(plan: CampaignPlan, say: Callable[[str], object] | None) -> None:
     """Makes the custom parts of each cell, which loading a scenario does not, after saying what code will run.
 
     Raises DrakeTrackerError when one of them is not allowed or cannot be made.
@@ -224,21 +224,21 @@ def _check_parts(plan: Plan, say: Callable[[str], object] | None) -> None:
         check_custom_parts(cell.scenario)
 
 
-def _require_renderer(plan: Plan) -> None:
+def _require_renderer(plan: CampaignPlan) -> None:
     from drake_tracker.core.system_check import require_renderer
 
     if renders(plan):
         require_renderer()
 
 
-def renders(plan: Plan) -> bool:
+def renders(plan: CampaignPlan) -> bool:
     """Returns whether trials of a plan render images."""
     from drake_tracker.tasks.registry import task_of
 
     return any(task_of(cell.scenario).uses_cameras(cell.scenario) for cell in plan.cells)
 
 
-def chooses_rendering(plan: Plan) -> bool:
+def chooses_rendering(plan: CampaignPlan) -> bool:
     """Returns whether trials of a plan render images, and no setting or variable says in which processes."""
     lenses = [getattr(cell.scenario, "cameras", None) or cell.scenario.camera for cell in plan.cells]
     automatic = all(lens.render_processes == "auto" for lens in lenses) and VARIABLE not in os.environ
@@ -263,6 +263,6 @@ def describe(trial: Trial) -> str:
     return ", ".join([f"seed {trial.scenario.seed}", *(f"{key} {value}" for key, value in trial.settings.items())])
 
 
-def units_of(plan: Plan) -> dict[str, str]:
+def units_of(plan: CampaignPlan) -> dict[str, str]:
     """Returns {key: unit} of the varied settings that have a unit."""
     return {key: unit for key in plan.vary if (unit := setting_unit(type(plan.cells[0].scenario), key))}

@@ -10,7 +10,7 @@ from drake_tracker.commands.common import SUCCESS, Commands, add_command, warn
 from drake_tracker.core.errors import DrakeTrackerError
 
 if TYPE_CHECKING:
-    from drake_tracker.cameras.latency.measurement import Measurement
+    from drake_tracker.cameras.latency.measurement import LatencyMeasurement
 
 LIVE_DURATION = 30.0
 """Time for which a live camera is watched unless the user says otherwise [s]."""
@@ -67,7 +67,7 @@ def execute(options: Namespace) -> int:
     names = ["camera_left", "camera_right"] if len(options.source) == 2 else [options.camera]
     if options.calibration:
         _check_calibration(options.calibration, names)
-    measured: list[Measurement] = []
+    measured: list[LatencyMeasurement] = []
     with ExitStack() as page:
         for spec in options.source:  # one after the other: a busy machine would delay the images of both
             footage = open_footage(spec, options.fps)
@@ -126,8 +126,8 @@ def _show(port: int) -> int:
             time.sleep(1.0)
 
 
-def _measure(footage: Any, options: Namespace) -> "Measurement":
-    """Returns the `Measurement` of one camera."""
+def _measure(footage: Any, options: Namespace) -> "LatencyMeasurement":
+    """Returns the `LatencyMeasurement` of one camera."""
     from drake_tracker.cameras.latency.light import read_switches, write_switches
     from drake_tracker.cameras.latency.measurement import measure_by_code, measure_by_light
     from drake_tracker.cameras.latency.switched_light import SwitchedLight
@@ -163,7 +163,7 @@ def _progress(progress: Any) -> Iterator[Any]:
         progress.close()
 
 
-def _report(name: str, measured: "Measurement") -> None:
+def _report(name: str, measured: "LatencyMeasurement") -> None:
     """Prints the latency of a camera, and what limits it."""
     latency = measured.latency
     words = "latency" if measured.absolute else "clock"
@@ -181,7 +181,7 @@ def _report(name: str, measured: "Measurement") -> None:
         )
 
 
-def _save(path: str, names: Sequence[str], measured: "Sequence[Measurement]") -> None:
+def _save(path: str, names: Sequence[str], measured: "Sequence[LatencyMeasurement]") -> None:
     """Writes the latencies into a calibration file."""
     from drake_tracker.cameras.latency.camera_latency import save_latency
 

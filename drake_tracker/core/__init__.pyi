@@ -32,6 +32,6 @@ from .messages import pack_prediction as pack_prediction
 from .messages import predicted_points as predicted_points
 from .messages import prediction_end as prediction_end
 from .messages import prediction_knots as prediction_knots
-from .registry import Kinds as Kinds
+from .registry import Registry as Registry
 from .setting import replace_settings as replace_settings
 from .system_check import require_renderer as require_renderer

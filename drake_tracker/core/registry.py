@@ -17,7 +17,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 Part = TypeVar("Part")
 
 
-class Kinds(Generic[Part]):
+class Registry(Generic[Part]):
     """The registry of one role.
 
     Args:

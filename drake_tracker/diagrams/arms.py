@@ -4,7 +4,7 @@ from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_tracker.arm.config import Hand
+from drake_tracker.arm.config import HandKind
 from drake_tracker.arm.description import PROBE_FRAME, ArmDescription
 from drake_tracker.arm.kinds import make_arm
 from drake_tracker.arm.plant import actuators_of, add_arm
@@ -13,14 +13,14 @@ from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.scenarios.base import Custom
 
 _DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}
-_HANDS = {Hand.GRIPPER: "fingers", Hand.CUP: "no fingers, but a cup"}
+_HANDS = {HandKind.GRIPPER: "fingers", HandKind.CUP: "no fingers, but a cup"}
 
 
 def arm_of(scenario: Any) -> ArmDescription:
     """Returns the description of a scenario's arm, with the hand that its task needs.
 
     Args:
-        scenario: a scenario with the setting ``arm`` and the attribute ``hand`` (a `Hand`).
+        scenario: a scenario with the setting ``arm`` and the attribute ``hand`` (a `HandKind`).
 
     Raises DrakeTrackerError when a custom arm is not allowed (see `drake_tracker.scenarios.consent`), cannot be made,
     or does not have that hand.
@@ -33,7 +33,7 @@ def arm_of(scenario: Any) -> ArmDescription:
         raise DrakeTrackerError(
             f"{where}: {scenario.arm.call} returned a {type(arm).__name__}; it must return an ArmDescription"
         )
-    if arm.has_fingers != (scenario.hand is Hand.GRIPPER):
+    if arm.has_fingers != (scenario.hand is HandKind.GRIPPER):
         raise DrakeTrackerError(
             f"{where}: {scenario.arm.call}: for the {scenario.task} the hand must have {_HANDS[scenario.hand]}"
         )

@@ -12,7 +12,7 @@ ATTEMPTS = 20
 
 
 @dataclass(frozen=True)
-class Arrival:
+class PartArrival:
     """A part that comes into view.
 
     Attributes:
@@ -38,7 +38,7 @@ class Arrival:
 
 
 @dataclass(frozen=True)
-class Belt:
+class SimulatedBelt:
     """The belt of a simulation.
 
     Attributes:
@@ -56,7 +56,7 @@ class Belt:
     y_seen: float = -0.45
 
 
-def poisson_arrivals(belt: Belt, rate: float, duration: float, seed: int) -> tuple[Arrival, ...]:
+def poisson_arrivals(belt: SimulatedBelt, rate: float, duration: float, seed: int) -> tuple[PartArrival, ...]:
     """Returns parts that arrive independently of each other.
 
     Args:
@@ -72,7 +72,9 @@ def poisson_arrivals(belt: Belt, rate: float, duration: float, seed: int) -> tup
     return _spread(belt, times, duration, rng)
 
 
-def bunched_arrivals(belt: Belt, rate: float, bunch: int, duration: float, seed: int) -> tuple[Arrival, ...]:
+def bunched_arrivals(
+    belt: SimulatedBelt, rate: float, bunch: int, duration: float, seed: int
+) -> tuple[PartArrival, ...]:
     """Returns parts that arrive in bunches, in each of which they lie as close together as they may.
 
     The bunches arrive independently of each other.
@@ -91,7 +93,9 @@ def bunched_arrivals(belt: Belt, rate: float, bunch: int, duration: float, seed:
     return _spread(belt, times, duration, rng)
 
 
-def even_arrivals(belt: Belt, rate: float, variation: float, duration: float, seed: int) -> tuple[Arrival, ...]:
+def even_arrivals(
+    belt: SimulatedBelt, rate: float, variation: float, duration: float, seed: int
+) -> tuple[PartArrival, ...]:
     """Returns parts that arrive at almost even intervals, as from a feeder.
 
     Args:
@@ -109,27 +113,31 @@ def even_arrivals(belt: Belt, rate: float, variation: float, duration: float, se
     return _spread(belt, times, duration, rng)
 
 
-def _spread(belt: Belt, times: list[float], duration: float, rng: np.random.Generator) -> tuple[Arrival, ...]:
+def _spread(
+    belt: SimulatedBelt, times: list[float], duration: float, rng: np.random.Generator
+) -> tuple[PartArrival, ...]:
     """Returns parts at random positions across the belt that keep their distance; late ones are left out.
 
     A part for which there is no place is put upstream in small steps until there is.
     """
-    arrivals: list[Arrival] = []
+    arrivals: list[PartArrival] = []
     for time in times:
         x = _free_place(belt, arrivals, time, rng)
         while x is None:
             time += 0.1 * belt.spacing / belt.speed
             x = _free_place(belt, arrivals, time, rng)
-        arrivals.append(Arrival(0, time, x, belt.speed))
+        arrivals.append(PartArrival(0, time, x, belt.speed))
     ordered = sorted(arrivals, key=lambda arrival: arrival.time)
     return tuple(
-        Arrival(number, arrival.time, arrival.x, arrival.v)
+        PartArrival(number, arrival.time, arrival.x, arrival.v)
         for number, arrival in enumerate(ordered, start=1)
         if arrival.time < duration
     )
 
 
-def _free_place(belt: Belt, arrivals: list[Arrival], time: float, rng: np.random.Generator) -> float | None:
+def _free_place(
+    belt: SimulatedBelt, arrivals: list[PartArrival], time: float, rng: np.random.Generator
+) -> float | None:
     """Returns a position across the belt that is far enough from all parts, or None if none was found."""
     near = [
         (other.x, (time - other.time) * belt.speed)

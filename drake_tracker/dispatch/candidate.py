@@ -32,7 +32,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Hand:
+class FreeHand:
     """Where and when the hand is free to go for the next part.
 
     Attributes:

@@ -6,7 +6,7 @@ from drake_tracker.core.setting import setting
 
 
 @dataclass(frozen=True)
-class Window:
+class PickWindow:
     """The piece of the belt on which parts may be picked. A part must be in it when the jaws have closed."""
 
     y_first: float = setting(-0.40, "where picking begins, along the belt", "m", (-2.0, 2.0))

@@ -8,8 +8,8 @@ beyond.
 
 import math
 
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
-from drake_tracker.dispatch.config import CycleTime, Window
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
+from drake_tracker.dispatch.config import CycleTime, PickWindow
 
 ITERATIONS = 60
 """Newton's method needs about five steps; only near a double root does it need more."""
@@ -25,11 +25,11 @@ class CycleModel:
         window: where parts may be picked.
     """
 
-    def __init__(self, cycle: CycleTime, window: Window) -> None:
+    def __init__(self, cycle: CycleTime, window: PickWindow) -> None:
         self.cycle = cycle
         self.window = window
 
-    def pick_time(self, hand: Hand, candidate: Candidate, now: float) -> float | None:
+    def pick_time(self, hand: FreeHand, candidate: Candidate, now: float) -> float | None:
         """Returns the earliest time at which the jaws have closed on a part [s].
 
         Args:
@@ -84,12 +84,12 @@ class CycleModel:
         carry = motion_time(distance, cycle.carry_speed, cycle.carry_acceleration)
         return pick + cycle.lift + carry + cycle.lower + cycle.release + cycle.rise
 
-    def after(self, hand: Hand, candidate: Candidate, cell: Cell, now: float) -> tuple[float, Hand] | None:
+    def after(self, hand: FreeHand, candidate: Candidate, cell: Cell, now: float) -> tuple[float, FreeHand] | None:
         """Returns the time of a pick [s] and the hand after the part is in its cell; None if it cannot be picked."""
         pick = self.pick_time(hand, candidate, now)
         if pick is None:
             return None
-        return pick, Hand(cell.x, cell.y, self.place_time(candidate, pick, cell, now))
+        return pick, FreeHand(cell.x, cell.y, self.place_time(candidate, pick, cell, now))
 
 
 def motion_time(distance: float, speed: float, acceleration: float) -> float:

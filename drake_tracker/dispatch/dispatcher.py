@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Plan:
 class Dispatcher(Protocol):
     """Decides which part the arm picks next."""
 
-    def choose(self, hand: Hand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+    def choose(self, hand: FreeHand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
         """Returns the plan. Only its first pick is binding.
 
         Args:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.dispatch.config import FirstInFirstOut, Greedy, LookAhead, NearestDeadline
 
 if TYPE_CHECKING:
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from drake_tracker.dispatch.cycle_time import CycleModel
     from drake_tracker.dispatch.dispatcher import Dispatcher
 
-DISPATCHERS: "Kinds[Dispatcher]" = Kinds(
+DISPATCHERS: "Registry[Dispatcher]" = Registry(
     "dispatch",
     {
         LookAhead: "drake_tracker.dispatch.look_ahead:LookAheadDispatcher",

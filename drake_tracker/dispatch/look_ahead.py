@@ -8,7 +8,7 @@ of Held and Karp (1962) over sets, here with windows of time.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.config import Eligibility, LookAhead
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.dispatcher import Plan
@@ -25,7 +25,7 @@ class _Sequence:
         pick_times: times of the picks [s].
     """
 
-    hand: Hand
+    hand: FreeHand
     numbers: tuple[int, ...] = ()
     pick_times: tuple[float, ...] = ()
 
@@ -49,7 +49,7 @@ class LookAheadDispatcher:
         self.model = model
         self.eligibility = eligibility
 
-    def choose(self, hand: Hand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+    def choose(self, hand: FreeHand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
         """Returns the plan; see `drake_tracker.dispatch.dispatcher.Dispatcher`."""
         parts = self._within_reach(hand, candidates, now)
         width = None if len(parts) <= self.settings.exact_up_to else self.settings.width
@@ -65,7 +65,7 @@ class LookAheadDispatcher:
                 layer = dict(kept)
         return Plan(best.numbers, best.pick_times)
 
-    def _within_reach(self, hand: Hand, candidates: Sequence[Candidate], now: float) -> list[Candidate]:
+    def _within_reach(self, hand: FreeHand, candidates: Sequence[Candidate], now: float) -> list[Candidate]:
         """Returns the parts that could be picked next, within the horizon.
 
         The others could not be picked after another part either, unless the hand carried much faster than it

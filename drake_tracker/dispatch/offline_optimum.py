@@ -17,8 +17,8 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from drake_tracker.dispatch.arrivals import Arrival
-from drake_tracker.dispatch.candidate import Cell, Hand
+from drake_tracker.dispatch.arrivals import PartArrival
+from drake_tracker.dispatch.candidate import Cell, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel
 
 
@@ -49,7 +49,7 @@ class _State:
         before: the state before that pick.
     """
 
-    hand: Hand
+    hand: FreeHand
     taken: int
     number: int = 0
     pick: float = -math.inf
@@ -57,13 +57,13 @@ class _State:
 
 
 Reduction = Callable[[list[_State], int], list[_State]]
-"""Returns at most a given number of states in place of a longer list, which is sorted by `Hand.free_at`."""
+"""Returns at most a given number of states in place of a longer list, which is sorted by `FreeHand.free_at`."""
 
 
-def clairvoyant(
+def offline_optimum(
     model: CycleModel,
-    arrivals: Sequence[Arrival],
-    hand: Hand,
+    arrivals: Sequence[PartArrival],
+    hand: FreeHand,
     cells: Sequence[Cell],
     y_seen: float,
     duration: float,
@@ -112,10 +112,10 @@ def _relaxed(states: list[_State], width: int) -> list[_State]:
 
 
 class _Search:
-    """The dynamic programme of one run; its arguments are those of `clairvoyant`."""
+    """The dynamic programme of one run; its arguments are those of `offline_optimum`."""
 
     def __init__(
-        self, model: CycleModel, arrivals: Sequence[Arrival], cells: Sequence[Cell], y_seen: float, duration: float
+        self, model: CycleModel, arrivals: Sequence[PartArrival], cells: Sequence[Cell], y_seen: float, duration: float
     ) -> None:
         parts = [arrival.candidate(y_seen, 0.0) for arrival in arrivals]
         parts.sort(key=lambda part: (model.in_window(part, 0.0)[0], part.number))
@@ -129,7 +129,7 @@ class _Search:
         for _, bit in reversed(leaving):
             self._remaining.insert(0, self._remaining[0] | bit)
 
-    def run(self, hand: Hand, width: int, reduce: Reduction) -> tuple[int, _State, bool]:
+    def run(self, hand: FreeHand, width: int, reduce: Reduction) -> tuple[int, _State, bool]:
         """Returns the largest number of picks, a state with as many, and whether no layer had to be reduced."""
         layer, count, exact = [_State(hand, 0)], 0, True
         while following := self._next_layer(layer, self._cells[count % len(self._cells)]):
@@ -139,7 +139,7 @@ class _Search:
         return count, layer[0], exact
 
     def _next_layer(self, layer: list[_State], cell: Cell) -> list[_State]:
-        """Returns the states with one more pick that no other one dominates, sorted by `Hand.free_at`."""
+        """Returns the states with one more pick that no other one dominates, sorted by `FreeHand.free_at`."""
         longer = [following for state in layer for following in self._successors(state, cell)]
         longer.sort(key=lambda state: (state.hand.free_at, state.taken))
         kept: list[_State] = []

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel, motion_time
 from drake_tracker.dispatch.dispatcher import Dispatcher, Plan
 
@@ -49,7 +49,7 @@ class ArmReport:
 
 
 @dataclass(frozen=True)
-class OrderBook(FrozenState):
+class OrderTracker(FrozenState):
     """What the host remembers of its orders.
 
     Attributes:
@@ -89,7 +89,7 @@ class OrderClerk:
         self.dispatcher, self.model, self.cells = dispatcher, model, tuple(cells)
         self.filling = tuple(range(len(self.cells))) if filling is None else tuple(filling)
 
-    def update(self, book: OrderBook, arm: ArmReport, candidates: Sequence[Candidate], now: float) -> OrderBook:
+    def update(self, book: OrderTracker, arm: ArmReport, candidates: Sequence[Candidate], now: float) -> OrderTracker:
         """Returns the book after looking at the arm and at the belt.
 
         A part is chosen while the arm still puts down the one before. The choice may change until the hand is free;
@@ -129,7 +129,7 @@ class OrderClerk:
         order = Order(book.seq + 1, plan.number, kind, cells[0])
         return replace(book, seq=order.seq, order=order, plan=plan)
 
-    def _closed(self, book: OrderBook, arm: ArmReport) -> OrderBook:
+    def _closed(self, book: OrderTracker, arm: ArmReport) -> OrderTracker:
         """Returns the book without the orders that the arm has carried out, or has failed to carry out."""
         if book.placing is not None and arm.done >= book.placing.seq:
             filled = book.filled | {book.placing.cell} if arm.placed > book.placed else book.filled
@@ -139,15 +139,15 @@ class OrderClerk:
         return book
 
     @staticmethod
-    def _taken(book: OrderBook) -> frozenset[int]:
+    def _taken(book: OrderTracker) -> frozenset[int]:
         return book.filled | ({book.placing.cell} if book.placing is not None else set())
 
-    def _hand(self, book: OrderBook, arm: ArmReport, now: float) -> Hand:
+    def _hand(self, book: OrderTracker, arm: ArmReport, now: float) -> FreeHand:
         """Returns where and when the hand will be free."""
         if book.placing is None:
-            return Hand(arm.x, arm.y, now)
+            return FreeHand(arm.x, arm.y, now)
         cell = self.cells[book.placing.cell]
-        return Hand(cell.x, cell.y, max(book.free_at, now))
+        return FreeHand(cell.x, cell.y, max(book.free_at, now))
 
     def _free_at(self, order: Order, arm: ArmReport, now: float) -> float:
         """Returns the time at which a hand that begins to carry the part of an order will have put it down [s]."""

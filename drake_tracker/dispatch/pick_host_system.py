@@ -32,7 +32,7 @@ from drake_tracker.dispatch.candidate import Candidate
 from drake_tracker.dispatch.clearance import jaw_clearance
 from drake_tracker.dispatch.encoder_check import EncoderCheck
 from drake_tracker.dispatch.encoder_history import EncoderHistory
-from drake_tracker.dispatch.order_tracker import OrderBook, OrderClerk, report_of
+from drake_tracker.dispatch.order_tracker import OrderClerk, OrderTracker, report_of
 from drake_tracker.dispatch.seen_parts import seen_parts
 from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
 
@@ -78,7 +78,7 @@ class HostMemory(FrozenState):
     encoder: EncoderHistory = EncoderHistory()
     check: EncoderCheck = EncoderCheck()
     encoder_report: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(EncoderReport))))
-    book: OrderBook = OrderBook()
+    book: OrderTracker = OrderTracker()
     seq: int = 0
     packet: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(Prediction))))
     order: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(PickOrder))))
@@ -252,7 +252,7 @@ class PickHostSystem(LeafSystem):
             rows[k], std[k] = path.rows[1], path.std[1]
         return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
 
-    def _order(self, book: OrderBook, last: np.ndarray, now: float) -> np.ndarray:
+    def _order(self, book: OrderTracker, last: np.ndarray, now: float) -> np.ndarray:
         """Returns the `PickOrder` vector of a book, all zeros before the first order."""
         vector = np.zeros(message_size(PickOrder))
         if book.seq == 0:

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from drake_tracker.dispatch.arrivals import Arrival
-from drake_tracker.dispatch.candidate import Cell, Hand
+from drake_tracker.dispatch.arrivals import PartArrival
+from drake_tracker.dispatch.candidate import Cell, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel, motion_time
 from drake_tracker.dispatch.dispatcher import Dispatcher
 
@@ -52,8 +52,8 @@ class QueueRun:
 def simulate_queue(
     dispatcher: Dispatcher,
     model: CycleModel,
-    arrivals: Sequence[Arrival],
-    hand: Hand,
+    arrivals: Sequence[PartArrival],
+    hand: FreeHand,
     cells: Sequence[Cell],
     y_seen: float,
     duration: float,
@@ -113,11 +113,11 @@ def simulate_queue(
     return QueueRun(tuple(picks), missed, duration)
 
 
-def _waiting(hand: Hand, wait: tuple[float, float] | None, model: CycleModel) -> Hand:
+def _waiting(hand: FreeHand, wait: tuple[float, float] | None, model: CycleModel) -> FreeHand:
     """Returns the hand after its motion to where it waits."""
     if wait is None or wait == (hand.x, hand.y):
         return hand
     cycle = model.cycle
     distance = math.hypot(wait[0] - hand.x, wait[1] - hand.y)
     motion = motion_time(distance, cycle.approach_speed, cycle.approach_acceleration)
-    return Hand(*wait, hand.free_at + motion)
+    return FreeHand(*wait, hand.free_at + motion)

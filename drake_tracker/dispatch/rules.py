@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.config import Eligibility, FirstInFirstOut, Greedy, NearestDeadline
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.dispatcher import Plan
@@ -32,7 +32,7 @@ class _Rule:
         self.model = model
         self.eligibility = eligibility
 
-    def choose(self, hand: Hand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+    def choose(self, hand: FreeHand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
         """Returns the plan; see `drake_tracker.dispatch.dispatcher.Dispatcher`."""
         if not cells:
             return Plan()

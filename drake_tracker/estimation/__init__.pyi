@@ -1,4 +1,3 @@
-from .adaptive_turn import AdaptiveTurnEstimator as AdaptiveTurnEstimator
 from .alpha_beta_gamma import AlphaBetaGammaEstimator as AlphaBetaGammaEstimator
 from .arc_length import ArcLengthEstimator as ArcLengthEstimator
 from .check import check_estimator as check_estimator
@@ -16,6 +15,6 @@ from .estimator_bank_system import EstimatorBankSystem as EstimatorBankSystem
 from .estimator_system import EstimatorSystem as EstimatorSystem
 from .estimator_system import add_estimator as add_estimator
 from .inclined_plane import Exit as Exit
-from .inclined_plane import SlopeEstimator as SlopeEstimator
+from .inclined_plane import InclinedPlaneEstimator as InclinedPlaneEstimator
 from .kinds import ESTIMATORS as ESTIMATORS
 from .kinds import make_estimator as make_estimator

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, PhaseFilterConfig
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator, CoordinatedTurnState
 from drake_tracker.estimation.parameters import check_settings
 from drake_tracker.estimation.parts import loop_closure as closure
 from drake_tracker.estimation.parts.loop_closure import History
 from drake_tracker.estimation.parts.path_follower import Following, PathFollower
 from drake_tracker.estimation.parts.periodic_path import PeriodicPath, is_even, learn_even_path, learn_path
 from drake_tracker.estimation.parts.phase_filter import PhaseFilter
+from drake_tracker.estimation.parts.turn_filter import TurnFilter, TurnFilterState
 
 SEARCH_EVERY = 3
 """Points between two searches for a closure."""
@@ -55,7 +55,7 @@ class ClosedPathState(FrozenState):
         changed: time of the last sudden change of speed [s].
     """
 
-    turn: CoordinatedTurnState
+    turn: TurnFilterState
     distance: float = 0.0
     history: History = closure.EMPTY
     following: Following | None = None
@@ -100,7 +100,7 @@ class ClosedPathEstimator:
         self.settings = settings
         if turn is None:
             turn = CoordinatedTurn(systematic_std=settings.systematic_std)
-        self._turn = CoordinatedTurnEstimator(turn)
+        self._turn = TurnFilter(turn)
         self._follower = PathFollower(PhaseFilter(phase))
 
     def initial_state(self) -> ClosedPathState:
@@ -243,7 +243,7 @@ class ClosedPathEstimator:
         return np.sqrt(variance + self.settings.systematic_std**2)
 
 
-def _distance_between(before: CoordinatedTurnState, after: CoordinatedTurnState, dt: float) -> float:
+def _distance_between(before: TurnFilterState, after: TurnFilterState, dt: float) -> float:
     """Returns the distance from one state of the coordinated-turn filter to the next [m], negative when it backed up.
 
     Args:
@@ -261,7 +261,7 @@ def _distance_between(before: CoordinatedTurnState, after: CoordinatedTurnState,
     return dx * math.cos(heading) + dy * math.sin(heading)
 
 
-def _link_lost(before: CoordinatedTurnState, after: CoordinatedTurnState, dt: float) -> bool:
+def _link_lost(before: TurnFilterState, after: TurnFilterState, dt: float) -> bool:
     """Returns whether the path after ``before`` can no longer be linked to the path up to it.
 
     That is so when the object was out of sight for so long that it may have completed a lap, or when it turned about.

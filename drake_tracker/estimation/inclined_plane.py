@@ -18,7 +18,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import Slope
 from drake_tracker.estimation.parameters import check_not_negative, check_positive, check_settings
-from drake_tracker.estimation.parts.rolling_ball import RollingBall
+from drake_tracker.estimation.parts.rolling_ball import RollingBallModel
 
 MAX_SPEED_FACTOR = 1.5
 """A ball is no faster than this factor times the speed of a free roll down the whole board."""
@@ -49,8 +49,8 @@ class Exit(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SlopeState(FrozenState):
-    """State of a `SlopeEstimator` (arrays are read-only).
+class InclinedPlaneState(FrozenState):
+    """State of a `InclinedPlaneEstimator` (arrays are read-only).
 
     Attributes:
         stamp: capture time of the newest point [s].
@@ -74,7 +74,7 @@ class SlopeState(FrozenState):
     rejected: int = 0
 
 
-class SlopeEstimator:
+class InclinedPlaneEstimator:
     """An `Estimator` of a ball that rolls down a board.
 
     Args:
@@ -91,7 +91,7 @@ class SlopeEstimator:
         restart_after: gap between points after which the filter restarts [s].
 
     Attributes:
-        ball: the `RollingBall` on this board.
+        ball: the `RollingBallModel` on this board.
 
     Raises:
         DrakeTrackerError: the board is level or upside down, or a parameter is out of range.
@@ -127,7 +127,7 @@ class SlopeEstimator:
             raise DrakeTrackerError("slope: X_WB describes a board that does not rise along its y axis")
         self.settings = settings
         self.ball_radius = ball_radius
-        self.ball = RollingBall(
+        self.ball = RollingBallModel(
             acceleration=rolling_factor * GRAVITY * self.R_WB[2, 1],
             half_width=0.5 * width - ball_radius if walls else math.inf,
             restitution=settings.restitution,
@@ -137,16 +137,16 @@ class SlopeEstimator:
         self._top_speed = MAX_SPEED_FACTOR * math.sqrt(2.0 * self.ball.acceleration * length)
         self._start_distance, self._rest_time, self._restart_after = start_distance, rest_time, restart_after
 
-    def initial_state(self) -> SlopeState:
+    def initial_state(self) -> InclinedPlaneState:
         """Returns the state before the first point."""
         zero, unknown, origin = np.zeros(4), np.eye(4), np.zeros(2)
-        return SlopeState(-math.inf, read_only(zero), read_only(unknown), read_only(origin), -math.inf)
+        return InclinedPlaneState(-math.inf, read_only(zero), read_only(unknown), read_only(origin), -math.inf)
 
-    def ready(self, state: SlopeState) -> bool:
+    def ready(self, state: InclinedPlaneState) -> bool:
         """Returns whether the ball has been seen rolling."""
         return state.moving
 
-    def update(self, state: SlopeState, stamp: float, p_WQ: np.ndarray | None) -> SlopeState:
+    def update(self, state: InclinedPlaneState, stamp: float, p_WQ: np.ndarray | None) -> InclinedPlaneState:
         """Returns the state after a point.
 
         A point that is None, not finite, not newer than the state or not on the board leaves the state as it is.
@@ -187,21 +187,21 @@ class SlopeEstimator:
             rejected=0,
         )
 
-    def _rest(self, stamp: float, point: np.ndarray) -> SlopeState:
+    def _rest(self, stamp: float, point: np.ndarray) -> InclinedPlaneState:
         """Returns the state of a ball at rest at ``point``, (x, y)_B [m], of which nothing else is known."""
         mean = np.array([*point, 0.0, 0.0])
-        return SlopeState(
+        return InclinedPlaneState(
             float(stamp), read_only(mean), read_only(np.eye(4)), read_only(mean[:2].copy()), float(stamp), points=1
         )
 
-    def _stay(self, state: SlopeState, stamp: float, point: np.ndarray) -> SlopeState:
+    def _stay(self, state: InclinedPlaneState, stamp: float, point: np.ndarray) -> InclinedPlaneState:
         """Returns the state of a ball that stays at rest: its position is the mean of its points."""
         n = state.points + 1
         place = state.anchor + (point - state.anchor) / n
         mean = read_only(np.array([*place, 0.0, 0.0]))
         return replace(state, stamp=float(stamp), mean=mean, anchor=read_only(place), points=n, rejected=0)
 
-    def _start(self, state: SlopeState, stamp: float, point: np.ndarray, dt: float) -> SlopeState:
+    def _start(self, state: InclinedPlaneState, stamp: float, point: np.ndarray, dt: float) -> InclinedPlaneState:
         """Returns the state of a ball that begins to roll.
 
         Two points give the velocity in the middle between them, to which half a step of acceleration is added.
@@ -220,7 +220,7 @@ class SlopeEstimator:
             rejected=0,
         )
 
-    def _correct(self, state: SlopeState, point: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    def _correct(self, state: InclinedPlaneState, point: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Returns mean and covariance after a point.
 
         A point outside the gate means that the ball hit something, at any time since the last point. The process noise
@@ -236,7 +236,7 @@ class SlopeEstimator:
         covariance = covariance - gain @ covariance[:2]
         return mean + gain @ residual, 0.5 * (covariance + covariance.T)
 
-    def exit(self, state: SlopeState) -> Exit | None:
+    def exit(self, state: InclinedPlaneState) -> Exit | None:
         """Returns the predicted crossing of the bottom edge, or None unless the ball rolls down fast enough."""
         if not state.moving or state.mean[1] <= 0.0:
             return None
@@ -250,7 +250,7 @@ class SlopeEstimator:
         p_WQ = read_only(self.p_WB + self.R_WB @ [x, 0.0, self.ball_radius])
         return Exit(state.stamp + dt, p_WQ, x, speed, std_x, math.sqrt(max(P[1, 1], 0.0)) / speed)
 
-    def predict(self, state: SlopeState, times: ArrayLike) -> np.ndarray:
+    def predict(self, state: InclinedPlaneState, times: ArrayLike) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw of travel [rad].
 
         The ball rolls to the bottom edge, bounces off the walls, and falls freely beyond. A ball at rest stays.
@@ -277,7 +277,7 @@ class SlopeEstimator:
         rows[:, 3] = np.unwrap(rows[:, 3])
         return rows
 
-    def predict_std(self, state: SlopeState, times: ArrayLike) -> np.ndarray:
+    def predict_std(self, state: InclinedPlaneState, times: ArrayLike) -> np.ndarray:
         """Returns the expected error along the board, shape (n,) [m]; 68 % of the errors lie within it.
 
         It holds for a ball that hits no more pegs; the effect of pegs is unpredictable.

@@ -2,20 +2,20 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, Slope
 
 if TYPE_CHECKING:
     from drake_tracker.estimation.estimator import Estimator
 
-ESTIMATORS: "Kinds[Estimator[Any]]" = Kinds(
+ESTIMATORS: "Registry[Estimator[Any]]" = Registry(
     "estimator",
     {
         ClosedPath: "drake_tracker.estimation.closed_path:ClosedPathEstimator",
-        CoordinatedTurn: "drake_tracker.estimation.adaptive_turn:AdaptiveTurnEstimator",
+        CoordinatedTurn: "drake_tracker.estimation.coordinated_turn:CoordinatedTurnEstimator",
         ArcLength: "drake_tracker.estimation.arc_length:ArcLengthEstimator",
         AlphaBetaGamma: "drake_tracker.estimation.alpha_beta_gamma:AlphaBetaGammaEstimator",
-        Slope: "drake_tracker.estimation.inclined_plane:SlopeEstimator",
+        Slope: "drake_tracker.estimation.inclined_plane:InclinedPlaneEstimator",
     },
 )
 """Every estimator of the package by its settings; the one place where an estimator is registered."""

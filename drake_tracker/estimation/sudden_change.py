@@ -224,6 +224,6 @@ def updated_usual(state: Tested, evidence: float, memory: float = MEMORY) -> flo
     return max(state.usual + gain * (min(evidence, LARGEST_SHARE * state.usual) - state.usual), LEAST_USUAL)
 
 
-def noticing(estimator: Estimator[Any]) -> Estimator[Any]:
+def with_speed_change_detection(estimator: Estimator[Any]) -> Estimator[Any]:
     """Returns an estimator that notices sudden changes of speed: the same one, if it cannot be told the speed."""
     return SuddenChangeEstimator(estimator) if isinstance(estimator, SpeedEstimator) else estimator

@@ -52,8 +52,8 @@ State = TypeVar("State", bound=EstimatorState)
 
 
 @dataclass(frozen=True, eq=False)
-class ScaledState(FrozenState):
-    """State of a `ScaledEstimator`.
+class UnitFreeState(FrozenState):
+    """State of a `UnitFreeEstimator`.
 
     Attributes:
         inner: state of the wrapped estimator, in its unit.
@@ -75,7 +75,7 @@ class ScaledState(FrozenState):
         return self.rows[-1][0] if self.rows else -math.inf
 
 
-class ScaledEstimator(Generic[State]):
+class UnitFreeEstimator(Generic[State]):
     """An `Estimator` that makes another one suit any unit of length, any size and any speed.
 
     Lengths are in the unit of the points.
@@ -88,15 +88,15 @@ class ScaledEstimator(Generic[State]):
         self._estimator = estimator
         self._limited = estimator.with_noise_below if isinstance(estimator, LimitedNoise) else None
 
-    def initial_state(self) -> ScaledState:
+    def initial_state(self) -> UnitFreeState:
         """Returns the state before the first point."""
-        return ScaledState(self._estimator.initial_state())
+        return UnitFreeState(self._estimator.initial_state())
 
-    def ready(self, state: ScaledState) -> bool:
+    def ready(self, state: UnitFreeState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.unit > 0.0 and self._estimator.ready(state.inner)
 
-    def update(self, state: ScaledState, stamp: float, p_WQ: np.ndarray | None) -> ScaledState:
+    def update(self, state: UnitFreeState, stamp: float, p_WQ: np.ndarray | None) -> UnitFreeState:
         """Returns the state after a point; one that is None, not finite or not newer leaves it as it is.
 
         Args:
@@ -129,14 +129,14 @@ class ScaledEstimator(Generic[State]):
             return after
         return self._limited(after, NOISE_FACTOR * noise / unit)
 
-    def _in_unit(self, state: ScaledState, unit: float) -> ScaledState:
+    def _in_unit(self, state: UnitFreeState, unit: float) -> UnitFreeState:
         """Returns the state after the points that are kept were filtered in another unit."""
         inner = self._estimator.initial_state()
         for stamp, *point in state.rows:
             inner = self._updated(inner, stamp, np.array(point), unit, state.noise)
         return replace(state, inner=inner, unit=unit, unchecked=0)
 
-    def predict(self, state: ScaledState, times: ArrayLike) -> np.ndarray:
+    def predict(self, state: UnitFreeState, times: ArrayLike) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W and yaw [rad].
 
         Args:
@@ -146,7 +146,7 @@ class ScaledEstimator(Generic[State]):
         rows = self._estimator.predict(state.inner, np.asarray(times, dtype=float))
         return read_only(rows * [state.unit, state.unit, state.unit, 1.0])
 
-    def predict_std(self, state: ScaledState, times: ArrayLike) -> np.ndarray:
+    def predict_std(self, state: UnitFreeState, times: ArrayLike) -> np.ndarray:
         """Returns the expected horizontal error, shape (n,); 68 % of the errors lie within it.
 
         Args:

@@ -45,6 +45,7 @@ from .encoder_faults import EncoderStoppedFault as EncoderStoppedFault
 from .fault import CalibrationFault as CalibrationFault
 from .fault import EncoderFault as EncoderFault
 from .fault import Fault as Fault
+from .fault import FaultyView as FaultyView
 from .fault import GripperFault as GripperFault
 from .fault import HostFault as HostFault
 from .fault import ImageFault as ImageFault
@@ -56,7 +57,6 @@ from .fault import SceneFault as SceneFault
 from .fault import Sight as Sight
 from .fault import SpeedFault as SpeedFault
 from .fault import TrainFault as TrainFault
-from .fault import View as View
 from .fault import calibrated_with as calibrated_with
 from .fault import faults_at as faults_at
 from .host_faults import HostStoppedFault as HostStoppedFault

@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.faults.fault import TIME_TOLERANCE, CalibrationFault, ImageFault, PointFault, Sight, View
+from drake_tracker.faults.fault import TIME_TOLERANCE, CalibrationFault, FaultyView, ImageFault, PointFault, Sight
 
 
 def turned(K: np.ndarray, turn: np.ndarray) -> np.ndarray:
@@ -41,7 +41,7 @@ class TurnedCameraFault(ImageFault, PointFault):
         """
         raise NotImplementedError
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         K = view.model.K.copy()
         K[:2, 2] -= view.window[:2]
         H = turned(K, self.turn(view.camera, K, time))

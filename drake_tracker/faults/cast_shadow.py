@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.faults.fault import ImageFault, PointFault, Sight, View
+from drake_tracker.faults.fault import FaultyView, ImageFault, PointFault, Sight
 from drake_tracker.faults.image_faults import IMAGE_SPAN
 
 MIDDLE = (0.56, 0.0)
@@ -67,7 +67,7 @@ class CastShadowFault(ImageFault, PointFault):
         distance = np.minimum(np.abs(along - self.middle(time)) / self.settings.width, 0.5)
         return 1.0 - self.settings.darkness * 0.5 * (1.0 + np.cos(2.0 * np.pi * distance))
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         xy = table_points(view.model, view.window, self.table_height)
         changed = image.copy()
         changed[..., :3] = np.rint(image[..., :3] * self.light(self.along(xy), time)[..., np.newaxis])

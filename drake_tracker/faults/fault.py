@@ -63,7 +63,7 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class View:
+class FaultyView:
     """A camera whose images are changed.
 
     Attributes:
@@ -130,7 +130,7 @@ class MovingBody:
 class ImageFault(Fault):
     """A fault that changes the images of cameras."""
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         """Returns the changed image, of the same shape and type; the given one is not changed.
 
         Only called while the fault is active.

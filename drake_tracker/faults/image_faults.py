@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.faults.fault import ImageFault, PointFault, Sight, View
+from drake_tracker.faults.fault import FaultyView, ImageFault, PointFault, Sight
 from drake_tracker.vision.light_gain import light_gain
 
 SEEN_UNTIL, UNSEEN_FROM = 40.0, 60.0
@@ -23,7 +23,7 @@ IMAGE_SPAN = 4
 class CameraDarkFault(ImageFault, PointFault):
     """`CameraDark`: black images, in which nothing moves."""
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         dark = np.zeros_like(image)
         dark[..., 3] = 255
         return dark
@@ -36,7 +36,7 @@ class CameraDarkFault(ImageFault, PointFault):
 class FrozenImageFault(ImageFault, PointFault):
     """`FrozenImage`: the same image again and again, in which nothing moves."""
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         return image if held is None else held
 
     def centroid(self, sight: Sight) -> np.ndarray | None:
@@ -55,7 +55,7 @@ class FlickerFault(ImageFault, PointFault):
         """Returns the gain of the light at a time [s]."""
         return 1.0 + self.settings.amplitude * np.sin(2.0 * np.pi * self.settings.frequency * (time - self.begin))
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         changed = cv2.convertScaleAbs(image, alpha=self.gain(time))
         changed[..., 3] = 255
         return changed
@@ -70,7 +70,7 @@ class FlickerFault(ImageFault, PointFault):
 class ImageNoiseFault(ImageFault, PointFault):
     """`ImageNoise`: white luminance noise. Measured vision gets noise of the centroid, or sees nothing."""
 
-    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+    def image(self, image: np.ndarray, view: FaultyView, time: float, held: np.ndarray | None) -> np.ndarray:
         random = self.random(len(view.camera), round(time / VISION_PERIOD))
         noise = self.settings.std * random.standard_normal(image.shape[:2], dtype=np.float32)
         changed = image.copy()

@@ -10,7 +10,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
-from drake_tracker.faults.fault import Fault, ImageFault, View, faults_at
+from drake_tracker.faults.fault import Fault, FaultyView, ImageFault, faults_at
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class ImageFaultsSystem(LeafSystem):
     """
 
     def __init__(
-        self, view: View, faults: Sequence[ImageFault], *, period: float = VISION_PERIOD, latency: int = 0
+        self, view: FaultyView, faults: Sequence[ImageFault], *, period: float = VISION_PERIOD, latency: int = 0
     ) -> None:
         super().__init__()
         self._latency, self._period = latency, period
@@ -88,7 +88,13 @@ class ImageFaultsSystem(LeafSystem):
 
 
 def add_image_faults(
-    builder: DiagramBuilder, *, image_port: OutputPort, view: View, faults: Sequence[Fault], name: str, latency: int = 0
+    builder: DiagramBuilder,
+    *,
+    image_port: OutputPort,
+    view: FaultyView,
+    faults: Sequence[Fault],
+    name: str,
+    latency: int = 0,
 ) -> OutputPort:
     """Adds the faults of a camera's images to a diagram, if there are any.
 

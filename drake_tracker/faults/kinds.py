@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.faults import config
 
 if TYPE_CHECKING:
     from drake_tracker.faults.fault import Fault
 
-FAULTS: "Kinds[Fault]" = Kinds(
+FAULTS: "Registry[Fault]" = Registry(
     "fault",
     {
         config.CameraDark: "drake_tracker.faults.image_faults:CameraDarkFault",

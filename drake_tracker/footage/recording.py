@@ -19,7 +19,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import unwritable
 from drake_tracker.core.files.text_file import is_file, read_text
-from drake_tracker.core.processes.background import Background
+from drake_tracker.core.processes.worker_thread import WorkerThread
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.lossless_video import LosslessVideo
 from drake_tracker.footage.video import open_video
@@ -34,7 +34,7 @@ _LARGEST = 64 * 1024 * 1024
 """Greatest size of a table of times [bytes]: several days."""
 
 
-class Recording:
+class FootageRecorder:
     """Writes the images of a live camera while they are read.
 
     Attributes:
@@ -53,7 +53,7 @@ class Recording:
         self.footage = replace(footage, frames=self._frames)
         self._video: LosslessVideo | None = None
         self._table: TextIO | None = None
-        self._writer: Background | None = None
+        self._writer: WorkerThread | None = None
 
     def begin(self, path: Path) -> None:
         """Creates the files.
@@ -72,7 +72,7 @@ class Recording:
             raise unwritable(path, error) from None
         size = self._source.size
         self._video = LosslessVideo(path.with_suffix(".mkv"), _pace(rate), size, colour=True, compressed=True)
-        self._writer = Background(self._write, _WAITING)
+        self._writer = WorkerThread(self._write, _WAITING)
 
     def close(self) -> None:
         """Completes the files. May be called again. Raises DrakeTrackerError when an image could not be written."""

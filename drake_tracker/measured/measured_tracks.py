@@ -13,7 +13,7 @@ from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.track_3d import (
     STANDING_SPEED,
     Measurement,
-    ObjectTrack,
+    Track3D,
     TrackState,
     new_track,
 )
@@ -47,7 +47,7 @@ class MeasuredTracks(FrozenState):
     """
 
     stamp: float = -np.inf
-    tracks: tuple[ObjectTrack | None, ...] = ()
+    tracks: tuple[Track3D | None, ...] = ()
     next_number: int = 1
 
     def as_state(self) -> TrackerState:
@@ -88,7 +88,7 @@ class MeasuredTracker:
             tracks.append(newest)
         return MeasuredTracks(stamp, tuple(tracks), number)
 
-    def _next(self, track: ObjectTrack | None, point: TrackPoint, look: ObjectLook, stamp: float) -> ObjectTrack | None:
+    def _next(self, track: Track3D | None, point: TrackPoint, look: ObjectLook, stamp: float) -> Track3D | None:
         """Returns the track of an object after its point, None without one."""
         if track is None:
             return self._begun(point, look, stamp) if point.valid else None
@@ -100,7 +100,7 @@ class MeasuredTracker:
             return None
         return replace(track, state=TrackState.NOT_OBSERVED, misses=track.misses + 1)
 
-    def _begun(self, point: TrackPoint, look: ObjectLook, stamp: float) -> ObjectTrack:
+    def _begun(self, point: TrackPoint, look: ObjectLook, stamp: float) -> Track3D:
         dimensions = read_only(np.array(look.dimensions))
         shape = ObjectShape(dimensions, 0.0, read_only(np.eye(3)), dimensions)
         return new_track(stamp, self._measurement(point, np.zeros(3)), shape, look.colour)

@@ -3,7 +3,7 @@
 from importlib import import_module
 
 _MODULES = (
-    "drake_tracker.estimation.adaptive_turn",
+    "drake_tracker.estimation.coordinated_turn",
     "drake_tracker.own_cameras.overlay",
     "drake_tracker.vision.centroid.normal_flow",
     "drake_tracker.vision.centroid.normal_flow_parameters",

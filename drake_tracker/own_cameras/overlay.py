@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
-from drake_tracker.core.processes.background import Background
+from drake_tracker.core.processes.worker_thread import WorkerThread
 from drake_tracker.own_cameras.object_values import ObjectValues
 from drake_tracker.own_cameras.overlay_objects import colour_of, draw_objects, is_hidden
 from drake_tracker.run.video_file import VideoFile
@@ -77,7 +77,7 @@ class TrackOverlay:
         self._kept = ceil(age_cycles) + 1
         self._ground = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
         self._video = None if path is None else VideoFile(path, max(1, round(1.0 / period)), self.size, 1)
-        self._background = Background(self._draw, _WAITING)
+        self._background = WorkerThread(self._draw, _WAITING)
 
     def add(
         self,

@@ -21,8 +21,8 @@ from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorS
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsSystem
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
-from drake_tracker.vision.image_tracks.stereo_tracks import ObjectPairing
-from drake_tracker.vision.image_tracks.stereo_tracks_system import ObjectPairsSystem
+from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker
+from drake_tracker.vision.image_tracks.stereo_tracks_system import StereoTracksSystem
 from drake_tracker.vision.localiser_system import connect_centroids
 
 MAX_GAP = 0.03
@@ -70,14 +70,14 @@ class OwnCamerasDiagram(Diagram):
 
     There are no input ports. A single camera is the left one. ``camera_*`` is an `ImageRgba8U` and ``frame_*`` a
     `FrameInfo` (stamp [s]), both of a `VideoSource` and functions of time. ``centroid_*`` is a `Centroid` (stamp [s],
-    pixels) and ``motion_*`` a `MotionEnergy`, both updated every period of the footage. ``point`` is a `TrackPoint` in
+    pixels) and ``motion_*`` a `DetectionMask`, both updated every period of the footage. ``point`` is a `TrackPoint` in
     W [m], ``filtered`` a `Filtered` and ``prediction`` a `Prediction`, updated every period in the slots of vision and
     estimator (`core.timing`). For a single camera without a plane, lengths are in pixels in place of metres, and the
     point is (u, v, 0). A vector of zeros means that there is no result yet.
 
     With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number``, the identity, are
     those of the first object; ``point_2`` and so on are those of the second one. Each object has an estimator. With two
-    cameras, there is also ``objects``, a `PairedObjects`.
+    cameras, there is also ``objects``, a `StereoTracks`.
 
     Attributes:
         sides: ("left", "right"), or ("left",) for a single camera.
@@ -197,14 +197,14 @@ class OwnCamerasDiagram(Diagram):
         tracker: ImageTracker,
     ) -> dict[str, Any]:
         """Adds what pairs the objects of two cameras; returns its ports by name."""
-        pairing = ObjectPairing(
+        pairing = StereoTracker(
             cameras,
             tracker.objects,
             max_gap=max_gap,
             stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
             follow=tracker.follow is not None,
         )
-        pairs = builder.AddNamedSystem("pairs", ObjectPairsSystem(pairing, period=period))
+        pairs = builder.AddNamedSystem("pairs", StereoTracksSystem(pairing, period=period))
         for side in SIDES:
             builder.Connect(vision[f"motion_{side}"], pairs.GetInputPort(f"motion_{side}"))
         ports = {"objects": pairs.GetOutputPort("objects")}

@@ -17,7 +17,7 @@ from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
-from drake_tracker.footage.recording import Recording, find_recordings
+from drake_tracker.footage.recording import FootageRecorder, find_recordings
 from drake_tracker.footage.sources import is_live, is_same_source, open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.own_cameras.choice import LEFT, check_choice, check_effect, read_pixel, read_window
@@ -66,7 +66,7 @@ class PreparedTrack:
     age_cycles: float
     world: str | None
     facts: dict[str, Any]
-    recordings: Sequence[Recording] = ()
+    recordings: Sequence[FootageRecorder] = ()
 
 
 def prepare_track(
@@ -131,7 +131,7 @@ def prepare_track(
     known = load_latencies(files[0]) if files and form == OWN else {}
     latencies = [known.get(name, 0.0) for name in names]
     footage: list[Footage] = []
-    recordings: list[Recording] = []
+    recordings: list[FootageRecorder] = []
     start = Start()
     if any(map(is_live, sources)):
         load_ahead(objects)
@@ -149,7 +149,7 @@ def prepare_track(
             found, footage = suited_live(detector_settings, footage, first_look, windows)
         for k, latency in enumerate(latencies):
             if record:
-                recordings.append(Recording(footage[k]))
+                recordings.append(FootageRecorder(footage[k]))
                 footage[k] = recordings[-1].footage
             footage[k] = _earlier(footage[k], latency)
         where = " and ".join(map(str, files))

@@ -11,7 +11,7 @@ from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.bouncing import noticing_bounces
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.estimator import Estimator
-from drake_tracker.estimation.unit_free import ScaledEstimator
+from drake_tracker.estimation.unit_free import UnitFreeEstimator
 from drake_tracker.scenarios.base import Custom
 
 GAP_PIXELS = 16.0
@@ -46,9 +46,9 @@ def usual_gap(cameras: Sequence[CameraModel]) -> float:
 def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Estimator[Any]:
     """Returns the estimator of a track.
 
-    With default settings it suits any unit of length (`ScaledEstimator`). As soon as one setting is given, all of them
-    hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the settings then
-    hold for an object that moves with `scaled.SPEED`.
+    With default settings it suits any unit of length (`UnitFreeEstimator`). As soon as one setting is given, all of
+    them hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the settings
+    then hold for an object that moves with `unit_free.SPEED`.
 
     Args:
         settings: of an estimator, see `estimator_of`.
@@ -59,7 +59,7 @@ def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Esti
         return estimator_of(settings, "--estimator", period=period)
     if settings == CoordinatedTurn():
         settings = replace(settings, ready_after=READY_AFTER)
-    return ScaledEstimator(noticing_bounces(estimator_of(settings, "--estimator", period=period)))
+    return UnitFreeEstimator(noticing_bounces(estimator_of(settings, "--estimator", period=period)))
 
 
 def is_scaled(settings: Any, in_pixels: bool = False) -> bool:

@@ -21,7 +21,7 @@ from drake_tracker.report.failure_diagnosis.normal import NORMAL_ATTEMPT, NORMAL
 from drake_tracker.report.failure_diagnosis.stages import WORDS, Stage
 from drake_tracker.report.run_files import RunFiles, first_line
 from drake_tracker.report.summary_table import summary_rows
-from drake_tracker.report.timeline import Timeline, make_timeline
+from drake_tracker.report.timeline import RunTimeline, make_timeline
 from drake_tracker.report.tracks_section import make_tracks_section
 from drake_tracker.scenarios.base import Custom
 
@@ -161,7 +161,7 @@ def _lead(run: RunFiles, autopsy: dict[str, Any] | None) -> list[str]:
     return [sentence for sentence in sentences if sentence]
 
 
-def _timeline(run: RunFiles, autopsy: dict[str, Any] | None) -> Timeline | None:
+def _timeline(run: RunFiles, autopsy: dict[str, Any] | None) -> RunTimeline | None:
     if run.log is None or "command" not in run.log:
         return None
     time_step = run.task.time_step if run.scenario is None else run.scenario.time_step

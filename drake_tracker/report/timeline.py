@@ -71,7 +71,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Timeline:
+class RunTimeline:
     """The picture.
 
     Attributes:
@@ -97,7 +97,7 @@ class Timeline:
     legend: tuple[tuple[str, str, float], ...]
 
 
-def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, Any]] = ()) -> Timeline:
+def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, Any]] = ()) -> RunTimeline:
     """Returns the picture of the phases, with a mark where the jaws of each attempt began to close.
 
     Args:
@@ -105,7 +105,7 @@ def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, An
         attempts: dicts of `autopsy.perform`. An attempt whose jaws never closed is marked at its launch.
     """
     end = max(spans[-1].end, 1e-3)
-    scale = Timeline.WIDTH / end
+    scale = RunTimeline.WIDTH / end
     texts: list[Text] = []
     blocks = []
     for span in spans:
@@ -113,12 +113,12 @@ def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, An
         name = span.phase.name.lower()
         blocks.append(Block(x, width, phase_colour(span.phase), f"{name}, {span.start:.2f} to {span.end:.2f} s"))
         if width > 9.0 * len(name):
-            texts.append(Text(x + 0.5 * width, Timeline.BAR_TOP + 20, name, "#ffffff", 13, "middle", bold=True))
+            texts.append(Text(x + 0.5 * width, RunTimeline.BAR_TOP + 20, name, "#ffffff", 13, "middle", bold=True))
     ticks = _ticks(end)
     for time in ticks:
-        anchor = "start" if time == 0 else "end" if scale * time > Timeline.WIDTH - 10 else "middle"
+        anchor = "start" if time == 0 else "end" if scale * time > RunTimeline.WIDTH - 10 else "middle"
         words = f"{time:g}{' s' if time == 0 else ''}"
-        texts.append(Text(scale * time, Timeline.BAR_TOP + Timeline.BAR_HEIGHT + 21, words, SOFT_INK, 12, anchor))
+        texts.append(Text(scale * time, RunTimeline.BAR_TOP + RunTimeline.BAR_HEIGHT + 21, words, SOFT_INK, 12, anchor))
     marks = []
     last = -100.0
     for attempt in attempts:
@@ -127,11 +127,11 @@ def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, An
         if x - last > 18.0:
             number = str(attempt["number"])
             words = f"attempt {number}: {attempt['outcome']}" if len(attempts) <= 3 else number
-            anchor = "end" if x > 0.9 * Timeline.WIDTH else "start" if x < 0.1 * Timeline.WIDTH else "middle"
-            texts.append(Text(x, Timeline.BAR_TOP - 16, words, INK, 13, anchor))
+            anchor = "end" if x > 0.9 * RunTimeline.WIDTH else "start" if x < 0.1 * RunTimeline.WIDTH else "middle"
+            texts.append(Text(x, RunTimeline.BAR_TOP - 16, words, INK, 13, anchor))
             last = x
-    return Timeline(
-        top=0 if attempts else Timeline.BAR_TOP - 4,
+    return RunTimeline(
+        top=0 if attempts else RunTimeline.BAR_TOP - 4,
         blocks=tuple(blocks),
         ticks=tuple(scale * time for time in ticks),
         marks=tuple(marks),

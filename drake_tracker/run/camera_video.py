@@ -22,7 +22,7 @@ from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_process import VideoProcess
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, NO_POINTS, Film, port_of
 from drake_tracker.tasks.tracks import reason_words
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 
 _FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
 """Vision cycles from one frame to the next."""
@@ -45,7 +45,7 @@ class FrameSink(Protocol):
         ...
 
 
-class Onlooker(FrameSink, Protocol):
+class PageSink(FrameSink, Protocol):
     """A sink that needs the layout of the frames before the first frame, such as the live view."""
 
     def open(self, page: VideoPage) -> None:
@@ -125,7 +125,7 @@ class CameraVideoSystem(LeafSystem):
     tracks several objects there are ``regions_left``, ``regions_right`` and ``tracks`` too.
 
     - ``camera_*``: ImageRgba8U, the newest image.
-    - ``motion_*``: a `MotionEnergy`, the moving pixels of the newest image pair.
+    - ``motion_*``: a `DetectionMask`, the moving pixels of the newest image pair.
     - ``centroid_*``: a `Centroid`. All zeros: there is none to draw.
     - ``regions_*``: a `Regions`, with the stamp of the centroids. ``tracks``: a `TrackPoints`.
     - ``packet``: a `Prediction`. All zeros: there is no path to draw.
@@ -155,7 +155,7 @@ class CameraVideoSystem(LeafSystem):
         self._motions: dict[str, Any] = {}
         self._centroids: dict[str, Any] = {}
         image = AbstractValue.Make(ImageRgba8U())
-        energy = AbstractValue.Make(MotionEnergy(0.0, np.zeros((1, 1), np.uint8), (0, 0)))
+        energy = AbstractValue.Make(DetectionMask(0.0, np.zeros((1, 1), np.uint8), (0, 0)))
         for side in self._sides:
             self._images[side] = self.DeclareAbstractInputPort(port_of("camera", side), image)
             self._motions[side] = self.DeclareAbstractInputPort(port_of("motion", side), energy)
@@ -313,7 +313,7 @@ def add_camera_video(
     hand_eye: HandEyeDiagram,
     film: Film,
     path: Path | None,
-    onlooker: Onlooker | None = None,
+    onlooker: PageSink | None = None,
 ) -> CameraVideoRecorder:
     """Adds a `CameraVideoSystem` for a `HandEyeDiagram`.
 

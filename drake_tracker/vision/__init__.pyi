@@ -13,8 +13,8 @@ from .config import StaticThreshold as StaticThreshold
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .localiser_system import Localiser as Localiser
 from .region_centroid import RegionCentroid as RegionCentroid
-from .region_of_interest import Window as Window
-from .region_of_interest import project_window as project_window
+from .region_of_interest import RegionOfInterest as RegionOfInterest
+from .region_of_interest import project_region as project_region
 from .several_vision_diagram import SeveralVisionDiagram as SeveralVisionDiagram
 from .triangulator_system import TriangulatorSystem as TriangulatorSystem
 from .triangulator_system import add_triangulator as add_triangulator

@@ -51,7 +51,7 @@ class Verdict(Enum):
     """The image cannot be aligned, so that nothing may be concluded from it."""
 
 
-class Reason(Enum):
+class UnusableReason(Enum):
     """Why an image is unusable."""
 
     NONE = ""
@@ -110,7 +110,7 @@ class CameraObservation:
     """
 
     verdict: Verdict
-    reason: Reason
+    reason: UnusableReason
     image: np.ndarray
     missing: np.ndarray | None
     transform: np.ndarray | None
@@ -173,7 +173,7 @@ class CameraMotionDetector:
         small = prepare_image(image, reference.factor)
         found = self._fit(small, state, reference)
         reason = self._reason(found, small, reference, state)
-        if reason is not Reason.NONE:
+        if reason is not UnusableReason.NONE:
             state = replace(state, unusable=state.unusable + 1)
             rebuild = state.unusable > self.settings.steady_images
             return _observation(Verdict.UNUSABLE, image, found, reference, reason=reason, rebuild=rebuild), state
@@ -217,20 +217,22 @@ class CameraMotionDetector:
         noise = STILL_STDS * found.std
         return bool(np.isfinite(noise)) and found.displacement < max(self.settings.still, noise)
 
-    def _reason(self, found: Fit, image: np.ndarray, reference: CameraReference, state: CameraMotionState) -> Reason:
+    def _reason(
+        self, found: Fit, image: np.ndarray, reference: CameraReference, state: CameraMotionState
+    ) -> UnusableReason:
         """Returns why an image is unusable."""
         if not reference.textured:
             if light_gain(*(cv2.mean(item)[0] for item in (reference.small, image))) is None:
-                return Reason.LIGHT
-            return Reason.PRECISION if state.steady else Reason.NONE
+                return UnusableReason.LIGHT
+            return UnusableReason.PRECISION if state.steady else UnusableReason.NONE
         if found.overlap < self.settings.least_overlap:
-            return Reason.OVERLAP
+            return UnusableReason.OVERLAP
         if light_gain(1.0, found.gain) is None:
-            return Reason.LIGHT
+            return UnusableReason.LIGHT
         if found.agreement < POSSIBLE:
-            return Reason.MISMATCH
+            return UnusableReason.MISMATCH
         precise = found.std <= self.settings.largest_std and found.scatter <= LARGEST_SCATTER
-        return Reason.NONE if precise or self._is_still(found) else Reason.PRECISION
+        return UnusableReason.NONE if precise or self._is_still(found) else UnusableReason.PRECISION
 
 
 def _observation(
@@ -239,7 +241,7 @@ def _observation(
     found: Fit,
     reference: CameraReference,
     *,
-    reason: Reason = Reason.NONE,
+    reason: UnusableReason = UnusableReason.NONE,
     rebuild: bool = False,
 ) -> CameraObservation:
     """Returns what was found out about an image, aligned if the verdict says so."""

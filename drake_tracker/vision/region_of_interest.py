@@ -17,7 +17,7 @@ POLYGON_SHIFT = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class RegionOfInterest:
     """A convex polygon in an image and the upright rectangle that contains it.
 
     Attributes:
@@ -90,8 +90,10 @@ def is_within(work_volume: ArrayLike, outline: str, points: ArrayLike) -> np.nda
     return np.array([cv2.pointPolygonTest(edge, (float(x), float(y)), False) >= 0 for x, y in np.asarray(points)])
 
 
-def project_window(camera: CameraModel, work_volume: ArrayLike, outline: str = "box", *, padding: int = 4) -> Window:
-    """Returns the `Window` through which a camera sees a work volume.
+def project_region(
+    camera: CameraModel, work_volume: ArrayLike, outline: str = "box", *, padding: int = 4
+) -> RegionOfInterest:
+    """Returns the `RegionOfInterest` through which a camera sees a work volume.
 
     Args:
         camera: calibrated camera in W.
@@ -105,18 +107,18 @@ def project_window(camera: CameraModel, work_volume: ArrayLike, outline: str = "
     """
     ground = footprint(work_volume, outline)
     rims = [np.column_stack([ground, np.full(len(ground), corner[2])]) for corner in np.asarray(work_volume)]
-    return window_around(camera, np.vstack(rims), padding)
+    return region_around(camera, np.vstack(rims), padding)
 
 
-def window_around(camera: CameraModel, points: ArrayLike, padding: int = 4) -> Window:
-    """Returns the `Window` of a camera whose polygon is the convex hull of the images of points.
+def region_around(camera: CameraModel, points: ArrayLike, padding: int = 4) -> RegionOfInterest:
+    """Returns the `RegionOfInterest` of a camera whose polygon is the convex hull of the images of points.
 
     Args:
         camera: calibrated camera.
         points: shape (n, 3) [m], in the camera's world frame.
         padding: width of the border kept around the polygon [px].
 
-    Raises DrakeTrackerError as `project_window` does.
+    Raises DrakeTrackerError as `project_region` does.
     """
     corners = camera.project(points)
     if np.isnan(corners).any():
@@ -127,7 +129,7 @@ def window_around(camera: CameraModel, points: ArrayLike, padding: int = 4) -> W
     v0, height = _even_span(polygon[:, 1], camera.height, padding)
     if width <= 0 or height <= 0:
         raise DrakeTrackerError("a camera does not see the work volume; turn the camera or move the volume")
-    return Window(polygon, (u0, v0, width, height))
+    return RegionOfInterest(polygon, (u0, v0, width, height))
 
 
 def _even_span(coordinates: np.ndarray, size: int, padding: int) -> tuple[int, int]:

@@ -13,9 +13,9 @@ from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VIS
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts, add_wrist_view
-from drake_tracker.vision.region_of_interest import Window
+from drake_tracker.vision.region_of_interest import RegionOfInterest
 from drake_tracker.vision.silhouettes.background_model import BackgroundModel
-from drake_tracker.vision.silhouettes.background_subtraction_system import ForegroundSystem
+from drake_tracker.vision.silhouettes.background_subtraction_system import BackgroundSubtractionSystem
 from drake_tracker.vision.silhouettes.tracker import Tracker
 from drake_tracker.vision.silhouettes.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
@@ -52,7 +52,7 @@ class SeveralVisionDiagram(Diagram):
     ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of
     the host. ``selected`` is the number of the track that the operator selected, and may stay unconnected. The outputs
     are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and ``motion_*``, the silhouettes
-    of the newest images as `MotionEnergy`.
+    of the newest images as `DetectionMask`.
 
     With ``arm`` only, there are ``arm_state``, ``jaws`` and ``displacement_*``: the joints (q, v) [rad, rad/s] and a
     `JawState` at the same instants, and by how much the hand is displaced in the images (`ArmSilhouetteSystem`), which
@@ -64,7 +64,7 @@ class SeveralVisionDiagram(Diagram):
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
         settings: `Several`, whose ``target`` may also be a `TargetRule`.
-        windows: the same keys, `Window` in which objects are searched for; None is the whole image.
+        windows: the same keys, `RegionOfInterest` in which objects are searched for; None is the whole image.
         image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
             None is the full frame.
         arm: shape and number of joints of the arm whose silhouette is masked; None masks nothing.
@@ -86,7 +86,7 @@ class SeveralVisionDiagram(Diagram):
         cameras: Mapping[str, CameraModel],
         settings: Several = Several(),
         *,
-        windows: Mapping[str, Window] | None = None,
+        windows: Mapping[str, RegionOfInterest] | None = None,
         image_windows: Mapping[str, tuple[int, int, int, int]] | None = None,
         arm: tuple[ArmShape, int] | None = None,
         lag_cycles: int = LAG_CYCLES,
@@ -123,7 +123,7 @@ class SeveralVisionDiagram(Diagram):
             window = None if windows is None else windows[side].mask(image_windows[side])
             system = builder.AddNamedSystem(
                 f"foreground_{side}",
-                ForegroundSystem(
+                BackgroundSubtractionSystem(
                     BackgroundModel(settings.silhouettes, window=window),
                     image_offset=image_windows[side][:2],
                     delay_cycles=delay,

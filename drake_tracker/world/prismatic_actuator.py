@@ -21,7 +21,7 @@ from drake_tracker.faults.fault import MovingBody
 _FRICTION = 0.4
 
 
-def add_slide(
+def add_prismatic_actuator(
     plant: MultibodyPlant,
     *,
     name: str,
@@ -69,7 +69,7 @@ def add_moving_body(plant: MultibodyPlant, moving: MovingBody) -> ModelInstanceI
     plant.RegisterVisualGeometry(body, RigidTransform(), box, "look", np.array(moving.colour))
     if moving.solid:
         plant.RegisterCollisionGeometry(body, RigidTransform(), box, "body", CoulombFriction(_FRICTION, _FRICTION))
-    add_slide(
+    add_prismatic_actuator(
         plant,
         name=f"{moving.name}_slide",
         instance=instance,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.config import HandEyeConfig
-from drake_tracker.arm.hand_eye_correction import LEAST, OUTLIERS, Doubt, VisualEdge, describe_doubt
+from drake_tracker.arm.hand_eye_correction import LEAST, OUTLIERS, Doubt, HandEyeCorrection, describe_doubt
 from drake_tracker.core.messages import HandCorrection, HandPoint, ServoTarget, message_size
 
 PERIOD, LAG = 1 / 60, 0.25
@@ -33,7 +33,7 @@ def run(edge, until, measure, state=None, start=0.0):
 
 
 def test_the_bias_is_recovered_while_the_hand_moves():
-    edge = VisualEdge()
+    edge = HandEyeCorrection()
     state, reports = run(edge, 2.0, seen)
     np.testing.assert_allclose(state.correction, BIAS, atol=1e-5)
     assert reports.used[0] == 0.0 and reports.used[-1] == 1.0
@@ -46,7 +46,7 @@ def test_the_bias_is_recovered_while_the_hand_moves():
 
 def test_neither_the_correction_nor_its_rate_jumps():
     settings = HandEyeConfig()
-    _, reports = run(VisualEdge(settings), 2.0, seen)
+    _, reports = run(HandEyeCorrection(settings), 2.0, seen)
     path = np.column_stack([reports.x, reports.y, reports.z])
     rate = np.linalg.norm(np.diff(path, axis=0), axis=1) / PERIOD
     assert rate.max() <= settings.largest_rate * 1.001
@@ -55,7 +55,7 @@ def test_neither_the_correction_nor_its_rate_jumps():
 
 
 def test_outliers_are_refused_until_they_are_the_rule():
-    edge = VisualEdge()
+    edge = HandEyeCorrection()
     state, _ = run(edge, 1.5, seen)
     elsewhere = BIAS + [0.0, 0.03, 0.0]
     few, reports = run(edge, 1.5 + (OUTLIERS - 1.5) * PERIOD, lambda stamp: seen(stamp, elsewhere), state, 1.5)
@@ -76,7 +76,7 @@ def test_outliers_are_refused_until_they_are_the_rule():
     ],
 )
 def test_implausible_measurements_move_nothing(make, doubt):
-    state, reports = run(VisualEdge(), 1.0, make)
+    state, reports = run(HandEyeCorrection(), 1.0, make)
     assert not state.correction.any() and not reports.used.any()
     assert reports.accepted[-1] == 0 and reports.rejected[-1] > 20
     assert reports.reason[-1] == doubt
@@ -84,7 +84,7 @@ def test_implausible_measurements_move_nothing(make, doubt):
 
 
 def test_the_correction_is_kept_for_a_while_and_then_fades():
-    edge = VisualEdge(HandEyeConfig(keep=1.0))
+    edge = HandEyeCorrection(HandEyeConfig(keep=1.0))
     state, _ = run(edge, 1.5, seen)
     kept, _ = run(edge, 2.3, lambda stamp: np.zeros(message_size(HandPoint)), state, 1.5)
     np.testing.assert_allclose(kept.correction, BIAS, atol=1e-3)
@@ -105,14 +105,14 @@ def test_a_lossy_link_does_not_change_the_result():
             last[0] = seen(stamp)
         return last[0]
 
-    state, reports = run(VisualEdge(), 2.0, held)
+    state, reports = run(HandEyeCorrection(), 2.0, held)
     np.testing.assert_allclose(state.correction, BIAS, atol=1e-4)
     assert LEAST < reports.accepted[-1] < 60 and reports.rejected[-1] == 0
 
 
 def test_nothing_is_shifted_without_a_target_or_where_the_scenario_says_so():
-    state, _ = run(VisualEdge(), 1.5, seen)
+    state, _ = run(HandEyeCorrection(), 1.5, seen)
     target = np.arange(float(message_size(ServoTarget)))
-    assert VisualEdge(HandEyeConfig(correct=False)).shifted(state, target) is target
+    assert HandEyeCorrection(HandEyeConfig(correct=False)).shifted(state, target) is target
     target[ServoTarget.get_fields().index("valid")] = 0.0
-    assert VisualEdge().shifted(state, target) is target
+    assert HandEyeCorrection().shifted(state, target) is target

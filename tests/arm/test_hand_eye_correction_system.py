@@ -14,7 +14,7 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.config import HandEyeConfig, PacketGuardConfig, ServoConfig
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.hand_eye_correction import VisualEdge
+from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandCorrection, HandPoint, Prediction, message_size
@@ -96,7 +96,7 @@ def miss(log, since):
 
 
 def test_the_hand_is_over_the_object_although_the_cameras_are_wrong(model):
-    blind, seeing = (run(model, edge, 2.1) for edge in (None, VisualEdge()))
+    blind, seeing = (run(model, edge, 2.1) for edge in (None, HandEyeCorrection()))
     assert np.linalg.norm(miss(blind, 1.7) - BIAS[:2]) < 0.004
     assert np.linalg.norm(miss(seeing, 1.7)) < 0.004
     correction = HandCorrection(seeing["hand_correction"][1][-1])
@@ -106,7 +106,7 @@ def test_the_hand_is_over_the_object_although_the_cameras_are_wrong(model):
 
 
 def test_the_arm_goes_on_when_its_hand_is_hidden(model):
-    log = run(model, VisualEdge(HandEyeConfig(keep=0.2)), 2.1, hidden=0.5)
+    log = run(model, HandEyeCorrection(HandEyeConfig(keep=0.2)), 2.1, hidden=0.5)
     times, rows = log["hand_correction"]
     used = rows[:, HandCorrection.get_fields().index("used")] > 0
     assert used[(times > 0.5) & (times < 0.9)].all() and not used[times > 1.0].any()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.registry import Kinds, snake_case
+from drake_tracker.core.registry import Registry, snake_case
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ def make_box(settings, *, colour="red"):
     return ("box", settings.length, colour)
 
 
-KINDS = Kinds("shape", {Round: lambda settings: ("round", settings.radius), LongBox: f"{__name__}:make_box"})
+KINDS = Registry("shape", {Round: lambda settings: ("round", settings.radius), LongBox: f"{__name__}:make_box"})
 
 
 def test_names_are_those_of_the_tags_in_lower_case():
@@ -33,18 +33,18 @@ def test_names_are_those_of_the_tags_in_lower_case():
 
 def test_a_maker_gets_only_what_it_accepts():
     assert KINDS.make(Round(3.0), colour="blue") == ("round", 3.0)
-    assert Kinds("shape", {LongBox: make_box}).make(LongBox(), colour="blue") == ("box", 2.0, "blue")
+    assert Registry("shape", {LongBox: make_box}).make(LongBox(), colour="blue") == ("box", 2.0, "blue")
 
 
 def test_parameters_of_a_name_are_settings_or_keywords_of_the_maker():
-    kinds = Kinds("shape", {LongBox: make_box})
+    kinds = Registry("shape", {LongBox: make_box})
     assert kinds.make_by_name("long_box", length=5.0, colour="green") == ("box", 5.0, "green")
     with pytest.raises(DrakeTrackerError, match="long_box has no parameter 'width'; it has length, colour"):
         kinds.make_by_name("long_box", width=1.0)
 
 
 def test_a_maker_is_imported_when_it_is_first_needed():
-    kinds = Kinds("error", {Round: "drake_tracker.core.errors:raised", LongBox: "no.such.module:at_all"})
+    kinds = Registry("error", {Round: "drake_tracker.core.errors:raised", LongBox: "no.such.module:at_all"})
     assert kinds.maker(Round).__name__ == "raised"
 
 

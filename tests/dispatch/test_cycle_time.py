@@ -6,7 +6,7 @@ from belts import CELLS, MODEL, START, part, random_parts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_tracker.dispatch import CycleModel, CycleTime, Hand, Window
+from drake_tracker.dispatch import CycleModel, CycleTime, FreeHand, PickWindow
 from drake_tracker.dispatch.cycle_time import meeting_time, motion_time
 
 CYCLE = MODEL.cycle
@@ -75,7 +75,7 @@ def test_a_part_is_not_picked_before_the_window_nor_after_it():
 @pytest.mark.parametrize("seed", range(20))
 def test_every_pick_is_in_the_window_and_after_the_hand_is_free(seed):
     for candidate in random_parts(seed, 20, first=-1.0, last=0.4):
-        hand = Hand(0.4, 0.3, 2.5)
+        hand = FreeHand(0.4, 0.3, 2.5)
         pick = MODEL.pick_time(hand, candidate, now=1.0)
         if pick is not None:
             y = candidate.y + candidate.v * (pick - 1.0)
@@ -86,7 +86,9 @@ def test_every_pick_is_in_the_window_and_after_the_hand_is_free(seed):
 @pytest.mark.parametrize("seed", range(20))
 def test_a_hand_that_is_free_earlier_never_picks_later(seed):
     for candidate in random_parts(seed, 10):
-        times = [MODEL.pick_time(Hand(0.4, -0.2, free), candidate, 0.0) or math.inf for free in np.linspace(0, 4, 41)]
+        times = [
+            MODEL.pick_time(FreeHand(0.4, -0.2, free), candidate, 0.0) or math.inf for free in np.linspace(0, 4, 41)
+        ]
         assert np.all(np.diff([t for t in times if t < math.inf]) >= -1e-9)
         assert sorted(times) == pytest.approx(times)
 
@@ -94,7 +96,9 @@ def test_a_hand_that_is_free_earlier_never_picks_later(seed):
 def test_a_part_as_fast_as_the_hand_is_not_picked():
     fast = part(1, y=-1.4, v=1.6)
     assert MODEL.pick_time(START, fast, 0.0) is None
-    assert CycleModel(CycleTime(approach_speed=4.0, approach_acceleration=40.0), Window()).pick_time(START, fast, 0.0)
+    assert CycleModel(CycleTime(approach_speed=4.0, approach_acceleration=40.0), PickWindow()).pick_time(
+        START, fast, 0.0
+    )
 
 
 def test_the_hand_is_free_over_its_cell_after_the_phases_of_placing():

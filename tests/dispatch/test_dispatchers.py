@@ -11,8 +11,8 @@ from drake_tracker.dispatch import (
     CycleTime,
     Dispatcher,
     FirstInFirstOut,
+    FreeHand,
     Greedy,
-    Hand,
     LookAhead,
     NearestDeadline,
     Plan,
@@ -100,7 +100,7 @@ def test_greedy_picks_the_part_after_which_the_hand_is_free_first():
 @pytest.mark.parametrize("depth", [2, 5])
 def test_look_ahead_is_optimal(seed, depth):
     parts = random_parts(seed, 5, last=0.2)
-    hand = Hand(0.41, -0.3 + 0.05 * seed, 0.1 * seed)
+    hand = FreeHand(0.41, -0.3 + 0.05 * seed, 0.1 * seed)
     plan = choose(LookAhead(depth=depth), parts, hand)
     count, end = best_by_brute_force(parts, hand, CELLS, depth)
     by_number = {candidate.number: candidate for candidate in parts}

@@ -5,7 +5,7 @@ import pytest
 from belts import CELLS, MODEL, START
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from drake_tracker.dispatch import Arrival, CycleModel, CycleTime, Window
+from drake_tracker.dispatch import CycleModel, CycleTime, PartArrival, PickWindow
 from drake_tracker.dispatch import offline_optimum as clairvoyant
 
 Y_SEEN = -0.45
@@ -15,7 +15,7 @@ def crowd(seed, count, within):
     """Parts with different speeds that come into view within a time."""
     rng = np.random.default_rng([seed, 7])
     times = sorted(rng.uniform(0.0, within, count))
-    return [Arrival(i + 1, t, rng.uniform(0.5, 0.7), rng.uniform(0.06, 0.16)) for i, t in enumerate(times)]
+    return [PartArrival(i + 1, t, rng.uniform(0.5, 0.7), rng.uniform(0.06, 0.16)) for i, t in enumerate(times)]
 
 
 def picks_in(order, arrivals, duration):
@@ -84,7 +84,7 @@ def most_jobs(first, last, follow, cycle):
 @pytest.mark.parametrize("seed", range(6))
 def test_the_bound_agrees_with_integer_programming(seed):
     cycle = CycleTime(approach_speed=1e6, carry_speed=1e6, approach_acceleration=1e9, carry_acceleration=1e9)
-    model = CycleModel(cycle, Window())
+    model = CycleModel(cycle, PickWindow())
     arrivals = crowd(seed, 8, 6.0)
     windows = np.array([model.in_window(arrival.candidate(Y_SEEN, 0.0), 0.0) for arrival in arrivals])
     follow = cycle.descent + cycle.close

@@ -6,10 +6,10 @@ import pytest
 
 from drake_tracker.core.messages import PickDiagnosis, ToolStatus, message_size
 from drake_tracker.dispatch.candidate import Candidate, Cell
-from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, Window
+from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, PickWindow
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.kinds import make_dispatcher
-from drake_tracker.dispatch.order_tracker import ArmReport, OrderBook, OrderClerk, report_of
+from drake_tracker.dispatch.order_tracker import ArmReport, OrderClerk, OrderTracker, report_of
 
 CELLS = [Cell(0.345, 0.19), Cell(0.41, 0.19), Cell(0.345, 0.255)]
 SEEKING = ArmReport(0.60, 0.0, done=0, placed=0, seeking=True, carrying=False)
@@ -22,7 +22,7 @@ def part(number, y, clear=1.0):
 
 @pytest.fixture
 def clerk():
-    model = CycleModel(CycleTime(), Window())
+    model = CycleModel(CycleTime(), PickWindow())
     return OrderClerk(make_dispatcher(NearestDeadline(), model, Eligibility()), model, CELLS)
 
 
@@ -34,33 +34,33 @@ def through(clerk, book, *steps):
 
 
 def test_the_first_order_is_for_the_part_that_the_dispatcher_chooses_and_the_first_cell(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.3), part(2, 0.0)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.3), part(2, 0.0)]))
     assert (book.seq, book.order.number, book.order.cell) == (1, 2, 0)
 
 
 def test_without_parts_that_can_be_picked_there_is_no_order(clerk):
-    assert through(clerk, OrderBook(), (SEEKING, [])).order is None
-    assert through(clerk, OrderBook(), (SEEKING, [part(1, 0.34), part(2, -0.2, clear=0.0)])).order is None
+    assert through(clerk, OrderTracker(), (SEEKING, [])).order is None
+    assert through(clerk, OrderTracker(), (SEEKING, [part(1, 0.34), part(2, -0.2, clear=0.0)])).order is None
 
 
 def test_an_order_stays_while_its_part_can_be_picked(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.3)]), (SEEKING, [part(1, -0.28), part(2, 0.0)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.3)]), (SEEKING, [part(1, -0.28), part(2, 0.0)]))
     assert (book.seq, book.order.number) == (1, 1)
 
 
 @pytest.mark.parametrize("others", [[part(1, 0.34), part(2, -0.2)], [part(2, -0.2)]], ids=["too late", "lost"])
 def test_an_order_is_replaced_when_its_part_can_no_longer_be_picked(clerk, others):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (SEEKING, others))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (SEEKING, others))
     assert (book.seq, book.order.number) == (2, 2)
 
 
 def test_an_order_is_withdrawn_when_no_other_part_is_left(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (SEEKING, []))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (SEEKING, []))
     assert book.order is None and book.seq == 1
 
 
 def test_a_hand_that_may_still_be_in_time_goes_on_while_no_other_part_can_be_picked(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (SEEKING, [part(1, 0.37)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (SEEKING, [part(1, 0.37)]))
     assert book.order.number == 1
     assert through(clerk, book, (SEEKING, [part(1, 0.37), part(2, -0.2)])).order.number == 2
     assert through(clerk, book, (SEEKING, [part(1, 0.41)])).order is None
@@ -68,19 +68,19 @@ def test_a_hand_that_may_still_be_in_time_goes_on_while_no_other_part_can_be_pic
 
 def test_cells_are_filled_in_the_order_that_is_asked_for(clerk):
     clerk = OrderClerk(clerk.dispatcher, clerk.model, CELLS, filling=[2, 0, 1])
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]))
     assert book.order.cell == 2
-    book = through(clerk, OrderBook(filled=frozenset({2})), (SEEKING, [part(1, -0.1)]))
+    book = through(clerk, OrderTracker(filled=frozenset({2})), (SEEKING, [part(1, -0.1)]))
     assert book.order.cell == 0
 
 
 def test_an_order_is_not_changed_during_the_descent(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (BUSY, []), (BUSY, [part(2, 0.0)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (BUSY, []), (BUSY, [part(2, 0.0)]))
     assert (book.seq, book.order.number) == (1, 1)
 
 
 def test_the_next_part_is_chosen_while_the_arm_puts_down_the_last_one(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (CARRYING, [part(2, -0.3)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (CARRYING, [part(2, -0.3)]))
     assert book.placing.number == 1 and (book.order.number, book.order.cell) == (2, 1)
     assert book.picked == {1}, "a part that was taken is not offered again"
     book = through(clerk, book, (CARRYING, [part(2, -0.28), part(3, -0.1)]))
@@ -89,13 +89,13 @@ def test_the_next_part_is_chosen_while_the_arm_puts_down_the_last_one(clerk):
 
 
 def test_a_placed_part_fills_its_cell(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (CARRYING, [part(2, -0.3)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (CARRYING, [part(2, -0.3)]))
     book = through(clerk, book, (replace(SEEKING, done=1, placed=1), [part(2, -0.2)]))
     assert book.filled == {0} and book.placing is None and book.order.number == 2
 
 
 def test_a_part_that_was_lost_on_the_way_leaves_its_cell_free_and_is_not_tried_again(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (CARRYING, []), (BUSY, []))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]), (CARRYING, []), (BUSY, []))
     book = through(clerk, book, (replace(SEEKING, done=1), [part(1, 0.0)]))
     assert book.filled == frozenset() and book.order is None
     book = through(clerk, book, (replace(SEEKING, done=1), [part(2, 0.0)]))
@@ -103,21 +103,21 @@ def test_a_part_that_was_lost_on_the_way_leaves_its_cell_free_and_is_not_tried_a
 
 
 def test_a_missed_part_is_tried_again(clerk):
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.3)]), (BUSY, [part(1, -0.25)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.3)]), (BUSY, [part(1, -0.25)]))
     book = through(clerk, book, (replace(SEEKING, done=1), [part(1, -0.2)]))
     assert (book.seq, book.order.number) == (2, 1)
 
 
 def test_with_full_trays_there_are_no_orders(clerk):
-    book = OrderBook(filled=frozenset({0, 1, 2}))
+    book = OrderTracker(filled=frozenset({0, 1, 2}))
     assert through(clerk, book, (SEEKING, [part(1, -0.1)])).order is None
-    book = OrderBook(filled=frozenset({0, 2}))
+    book = OrderTracker(filled=frozenset({0, 2}))
     assert through(clerk, book, (SEEKING, [part(1, -0.1)])).order.cell == 1
 
 
 def test_the_hand_is_expected_to_be_free_at_the_same_time_all_the_way_to_the_cell(clerk):
     """The carry, seen from its beginning; not a moving estimate."""
-    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]))
+    book = through(clerk, OrderTracker(), (SEEKING, [part(1, -0.1)]))
     book = clerk.update(book, CARRYING, [], 10.1)
     cycle = CycleTime()
     after_carry = cycle.lower + cycle.release + cycle.rise

@@ -24,7 +24,7 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.dispatch.candidate import Cell
-from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, Window
+from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, PickWindow
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.kinds import make_dispatcher
 from drake_tracker.dispatch.order_tracker import OrderClerk
@@ -41,7 +41,7 @@ class Host:
     """A host that sees parts (number, kind, x, y at time 0, yaw) on a belt with `SPEED`, late by `LAG`."""
 
     def __init__(self, parts, encoder=False):
-        model = CycleModel(CycleTime(), Window())
+        model = CycleModel(CycleTime(), PickWindow())
         clerk = OrderClerk(
             make_dispatcher(NearestDeadline(), model, Eligibility()), model, [Cell(pose.x, pose.y) for pose in POSES]
         )

@@ -7,12 +7,12 @@ from belts import CELLS, ELIGIBILITY, MODEL, START, part
 
 from drake_tracker.dispatch import (
     DISPATCHERS,
-    Arrival,
-    Belt,
     FirstInFirstOut,
     Greedy,
     LookAhead,
+    PartArrival,
     Plan,
+    SimulatedBelt,
     bunched_arrivals,
     even_arrivals,
     make_dispatcher,
@@ -21,7 +21,7 @@ from drake_tracker.dispatch import (
 )
 from drake_tracker.dispatch import offline_optimum as clairvoyant
 
-BELT = Belt()
+BELT = SimulatedBelt()
 DURATION = 40.0
 KINDS = tuple(kind() for kind in DISPATCHERS.makers)
 WAIT = (0.60, -0.35)
@@ -29,7 +29,7 @@ WAIT = (0.60, -0.35)
 
 def arrivals_of(seed):
     """Poisson arrivals or bunches, on a slow or a fast belt."""
-    belt = Belt(speed=(0.06, 0.10, 0.15)[seed % 3])
+    belt = SimulatedBelt(speed=(0.06, 0.10, 0.15)[seed % 3])
     if seed % 2:
         return poisson_arrivals(belt, 0.6, DURATION, seed)
     return bunched_arrivals(belt, 0.6, 4, DURATION, seed)
@@ -92,16 +92,16 @@ def test_a_run_is_possible(settings, seed):
 
 
 def test_a_part_is_missed_when_it_has_left_the_window():
-    arrivals = [Arrival(1, 0.0, 0.6, 0.10), Arrival(2, 0.1, 0.52, 0.10), Arrival(3, 39.0, 0.6, 0.10)]
+    arrivals = [PartArrival(1, 0.0, 0.6, 0.10), PartArrival(2, 0.1, 0.52, 0.10), PartArrival(3, 39.0, 0.6, 0.10)]
     one_pick = simulate(FirstInFirstOut(), arrivals, duration=2.0)
     assert [pick.number for pick in one_pick.picks] == [1] and one_pick.missed == ()
-    crowd = [Arrival(number, 0.01 * number, 0.5 + 0.02 * number, 0.10) for number in range(1, 9)]
+    crowd = [PartArrival(number, 0.01 * number, 0.5 + 0.02 * number, 0.10) for number in range(1, 9)]
     run = simulate(FirstInFirstOut(), crowd)
     assert sorted([*run.missed, *(pick.number for pick in run.picks)]) == list(range(1, 9)) and run.missed
 
 
 def test_waiting_above_the_beginning_of_the_window_saves_time():
-    arrivals = [Arrival(1, 10.0, 0.6, 0.10)]
+    arrivals = [PartArrival(1, 10.0, 0.6, 0.10)]
     near, far = simulate(Greedy(), arrivals, wait=WAIT), simulate(Greedy(), arrivals)
     assert near.picks[0].time < far.picks[0].time
 
@@ -111,8 +111,8 @@ def test_a_choice_that_is_impossible_is_an_error():
         def choose(self, hand, candidates, cells, now):
             return Plan((candidates[0].number,), (now,)) if candidates else Plan()
 
-    arrivals = [Arrival(1, 0.0, 0.6, 0.10), Arrival(2, 30.0, 0.6, 0.10)]
-    fast = [Arrival(1, 0.0, 0.6, 5.0), *arrivals[1:]]
+    arrivals = [PartArrival(1, 0.0, 0.6, 0.10), PartArrival(2, 30.0, 0.6, 0.10)]
+    fast = [PartArrival(1, 0.0, 0.6, 5.0), *arrivals[1:]]
     with pytest.raises(ValueError, match="part 1 cannot be picked"):
         simulate_queue(Wrong(), MODEL, fast, START, CELLS, BELT.y_seen, DURATION)
 
@@ -129,7 +129,7 @@ def test_no_dispatcher_exceeds_the_bound(seed):
 
 def test_look_ahead_picks_more_than_the_queue_and_nearly_as_many_as_the_clairvoyant():
     """Bunches of four on a slow belt, more than the arm can pick."""
-    belt, totals = Belt(speed=0.06), np.zeros(3, int)
+    belt, totals = SimulatedBelt(speed=0.06), np.zeros(3, int)
     for seed in range(3):
         arrivals = bunched_arrivals(belt, 0.8, 4, 120.0, seed)
         totals += [
@@ -142,6 +142,6 @@ def test_look_ahead_picks_more_than_the_queue_and_nearly_as_many_as_the_clairvoy
 
 
 def test_an_arrival_moves_with_the_belt():
-    candidate = Arrival(3, 2.0, 0.6, 0.1).candidate(-0.45, 5.0)
+    candidate = PartArrival(3, 2.0, 0.6, 0.1).candidate(-0.45, 5.0)
     assert candidate == part(3, 0.6, candidate.y, std=0.0)
     assert candidate.y == pytest.approx(-0.15) and math.isinf(candidate.clear)

@@ -2,7 +2,7 @@ import bounds
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
+from drake_tracker.estimation.parts.turn_filter import TurnFilter
 from drake_tracker.estimation.parts.turn_model import turn_step
 from drake_tracker.world.train.tracks import make_track
 
@@ -34,7 +34,7 @@ def test_in_a_linear_world_the_recursion_is_the_kalman_filter():
 
 
 def test_a_world_of_one_trajectory_is_a_kalman_filter_linearised_at_it():
-    model = CoordinatedTurnEstimator()
+    model = TurnFilter()
     states = [np.array([0.0, 0.0, 0.7, 0.15, 4.0])]
     for _ in range(90):
         states.append(turn_step(states[-1], PERIOD)[0])

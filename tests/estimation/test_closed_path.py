@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from drives import PERIOD, Drive, errors, rms, stadium
 
-from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.parts import TurnFilter
 from drake_tracker.world.train.tracks import make_track
 
 SPEED = 0.2
@@ -37,7 +38,7 @@ def test_a_closed_path_is_predicted_accurately(kind):
 def test_before_closure_it_predicts_as_a_coordinated_turn_filter():
     drive = Drive(stadium(), SPEED, 5.0)
     _, rows = run(drive)
-    _, plain = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.75)
+    _, plain = errors(TurnFilter(), drive.times, drive.points, drive, 0.75)
     np.testing.assert_array_equal(rows, plain)
 
 

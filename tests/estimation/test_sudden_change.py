@@ -5,7 +5,7 @@ import pytest
 
 from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.kinds import make_estimator
-from drake_tracker.estimation.sudden_change import WINDOW, SuddenChangeEstimator, noticing
+from drake_tracker.estimation.sudden_change import WINDOW, SuddenChangeEstimator, with_speed_change_detection
 
 PERIOD = 1.0 / 60.0
 RADIUS = 0.15
@@ -58,7 +58,7 @@ def test_six_points_after_a_change_of_speed_it_predicts_the_new_one(factor, at):
     plain = make_estimator("closed_path")
     new, old = (
         np.concatenate([errors_after(estimator, factor, at, seed) for seed in range(8)])
-        for estimator in (noticing(plain), plain)
+        for estimator in (with_speed_change_detection(plain), plain)
     )
     assert np.median(new) < 0.009
     assert np.median(new) < 0.6 * np.median(old)
@@ -69,17 +69,21 @@ def test_at_constant_speed_it_notices_nothing_and_predicts_the_same(kind):
     """Twelve runs of 8 s, nearly 6000 tests of the newest points."""
     plain = make_estimator(kind)
     for seed in range(12):
-        states = [state for _, state in run(noticing(plain), seed=seed)]
+        states = [state for _, state in run(with_speed_change_detection(plain), seed=seed)]
         assert all(state.changed is None for state in states)
         state, (stamp, same) = states[-1], list(run(plain, seed=seed))[-1]
         times = stamp + np.array([0.0, 0.3, 1.0])
-        np.testing.assert_array_equal(noticing(plain).predict(state, times), plain.predict(same, times))
-        np.testing.assert_array_equal(noticing(plain).predict_std(state, times), plain.predict_std(same, times))
+        np.testing.assert_array_equal(
+            with_speed_change_detection(plain).predict(state, times), plain.predict(same, times)
+        )
+        np.testing.assert_array_equal(
+            with_speed_change_detection(plain).predict_std(state, times), plain.predict_std(same, times)
+        )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_change_becomes_the_past_and_the_next_one_is_noticed(kind):
-    estimator = noticing(make_estimator(kind))
+    estimator = with_speed_change_detection(make_estimator(kind))
     noticed = [(stamp, state) for stamp, state in run(estimator, 0.5, 6.5, 7.5, seed=2)]
     changed = [stamp for stamp, state in noticed if state.changed is not None]
     assert 6.5 + 3 * PERIOD < changed[0] < 6.5 + 8 * PERIOD
@@ -98,7 +102,10 @@ def test_a_jump_and_outliers_are_no_change_of_speed(kind):
         return 0.02 * (np.arange(len(times)) % 97 == 0)
 
     for offset in (jump, outliers):
-        noticed = [state.changed is not None for _, state in run(noticing(make_estimator(kind)), offset=offset)]
+        noticed = [
+            state.changed is not None
+            for _, state in run(with_speed_change_detection(make_estimator(kind)), offset=offset)
+        ]
         assert sum(noticed) == 0
 
 
@@ -107,7 +114,7 @@ def test_the_closed_path_is_not_learned_while_the_speed_changes():
     plain = make_estimator("closed_path")
     closes = next(stamp for stamp, state in run(plain) if state.following is not None)
     at = closes - 4.5 * PERIOD
-    for stamp, state in run(noticing(plain), 0.5, at, at + 1.0):
+    for stamp, state in run(with_speed_change_detection(plain), 0.5, at, at + 1.0):
         if state.changed is not None and stamp < at + 0.2:
             assert state.present.following is None
     assert state.present.following is not None
@@ -116,10 +123,10 @@ def test_the_closed_path_is_not_learned_while_the_speed_changes():
 def test_an_estimator_that_cannot_be_told_the_speed_stays_as_it_is():
     for kind in ("arc_length", "alpha_beta_gamma"):
         estimator = make_estimator(kind, period=PERIOD)
-        assert noticing(estimator) is estimator
-    assert isinstance(noticing(make_estimator("closed_path")), SuddenChangeEstimator)
+        assert with_speed_change_detection(estimator) is estimator
+    assert isinstance(with_speed_change_detection(make_estimator("closed_path")), SuddenChangeEstimator)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_satisfies_the_interface(kind):
-    check_estimator(noticing(make_estimator(kind)), kind)
+    check_estimator(with_speed_change_detection(make_estimator(kind)), kind)

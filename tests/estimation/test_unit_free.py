@@ -5,11 +5,11 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import unit_free as scaled
-from drake_tracker.estimation.adaptive_turn import AdaptiveTurnEstimator
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaEstimator
 from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.config import CoordinatedTurn
-from drake_tracker.estimation.unit_free import NOISE, SPEED, ScaledEstimator, noise_of, unit_of
+from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
+from drake_tracker.estimation.unit_free import NOISE, SPEED, UnitFreeEstimator, noise_of, unit_of
 from drake_tracker.own_cameras.scale import own_estimator
 
 RATE = 30.0
@@ -36,12 +36,12 @@ def follow(estimator, times, points):
     return filtered, predicted, estimator.predict_std(state, times[-1:] + 0.25)[0]
 
 
-@pytest.mark.parametrize("kind", [AdaptiveTurnEstimator, AlphaBetaGammaEstimator])
+@pytest.mark.parametrize("kind", [CoordinatedTurnEstimator, AlphaBetaGammaEstimator])
 def test_the_unit_of_length_does_not_matter(kind):
     times, points = walk()
-    metres, ahead, std = follow(ScaledEstimator(kind()), times, points)
+    metres, ahead, std = follow(UnitFreeEstimator(kind()), times, points)
     for unit in (1000.0, 1e-3, 250.0):
-        filtered, predicted, std_there = follow(ScaledEstimator(kind()), times, unit * points)
+        filtered, predicted, std_there = follow(UnitFreeEstimator(kind()), times, unit * points)
         np.testing.assert_allclose(filtered, unit * metres, rtol=1e-6)
         np.testing.assert_allclose(predicted, unit * ahead, rtol=1e-6)
         assert std_there == pytest.approx(unit * std, rel=1e-6)
@@ -49,7 +49,7 @@ def test_the_unit_of_length_does_not_matter(kind):
 
 def test_somebody_who_walks_is_filtered_and_predicted():
     times, points = walk()
-    filtered, predicted, std = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points)
+    filtered, predicted, std = follow(UnitFreeEstimator(CoordinatedTurnEstimator()), times, points)
     known = np.isfinite(filtered).all(axis=1)
     assert known.mean() > 0.85 and not known[:8].any()
     ahead = np.linalg.norm(predicted[20:-8, :2] - points[28:, :2], axis=1)
@@ -60,10 +60,10 @@ def test_an_object_that_becomes_much_faster_or_slower_gets_another_unit():
     times = np.arange(240) / RATE
     speed = np.where(times < 3.0, 0.05, 2.0)
     points = np.column_stack([np.cumsum(speed) / RATE, np.zeros(240), np.zeros(240)])
-    filtered = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points)[0]
+    filtered = follow(UnitFreeEstimator(CoordinatedTurnEstimator()), times, points)[0]
     late = times > 4.5
     assert np.abs(filtered[late, 0] - points[late, 0]).max() < 0.02
-    back = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points[::-1])[0]
+    back = follow(UnitFreeEstimator(CoordinatedTurnEstimator()), times, points[::-1])[0]
     off = np.abs(back[:, 0] - points[::-1][:, 0])
     assert off[-30:].max() < 0.002 and off[-5:].max() < 0.0005
 
@@ -79,7 +79,7 @@ def test_good_points_on_a_winding_path_are_followed(monkeypatch):
     assert noise_of(1e3 * rows[:60]) == pytest.approx(1e3 * noise_of(rows[:60])) and noise_of(rows[:5]) == np.inf
 
     def errors():
-        filtered, predicted, _ = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points)
+        filtered, predicted, _ = follow(UnitFreeEstimator(CoordinatedTurnEstimator()), times, points)
         ahead = 0.5 * (path[40:-8] + path[41:-7])[7:] - predicted[40:-15]
         return np.median(np.linalg.norm(filtered[40:] - path[40:], axis=1)), np.median(np.linalg.norm(ahead, axis=1))
 
@@ -101,7 +101,7 @@ def test_the_unit_follows_from_speed_and_noise():
 
 
 def test_it_is_an_estimator_and_ignores_what_is_no_point():
-    estimator = ScaledEstimator(AdaptiveTurnEstimator())
+    estimator = UnitFreeEstimator(CoordinatedTurnEstimator())
     check_estimator(estimator)
     state = estimator.update(estimator.initial_state(), 1.0, np.array([1.0, 2.0, 3.0]))
     assert estimator.update(state, 2.0, np.array([np.nan, 0.0, 0.0])) is state

@@ -8,7 +8,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.messages import KNOT_COUNT, pack_prediction
 from drake_tracker.faults import config
-from drake_tracker.faults.fault import Sight, View
+from drake_tracker.faults.fault import FaultyView, Sight
 from drake_tracker.link.lossy_link import LossyLink
 
 WINDOW = (40, 60, 200, 150)
@@ -16,7 +16,7 @@ TRAIN = np.array([0.60, 0.15, 0.485])
 
 
 def view(camera="left"):
-    return View(camera, CAMERAS[camera], WINDOW)
+    return FaultyView(camera, CAMERAS[camera], WINDOW)
 
 
 def picture(level=120):

@@ -10,11 +10,11 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults import config
-from drake_tracker.faults.fault import View
+from drake_tracker.faults.fault import FaultyView
 from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 
-VIEW = View("left", CAMERAS["left"], (100, 110, 40, 30))
+VIEW = FaultyView("left", CAMERAS["left"], (100, 110, 40, 30))
 
 
 class Film(LeafSystem):
@@ -58,7 +58,7 @@ def test_a_fault_that_returns_holds_a_new_image():
 def test_only_the_camera_that_a_fault_names_is_changed():
     dark = [config.CameraDark(camera="right")]
     assert brightness(dark, (5,)) == {5: 5}
-    assert brightness(dark, (5,), View("right", CAMERAS["right"], VIEW.window)) == {5: 0}
+    assert brightness(dark, (5,), FaultyView("right", CAMERAS["right"], VIEW.window)) == {5: 0}
 
 
 def test_faults_are_applied_in_their_order():

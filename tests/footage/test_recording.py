@@ -11,7 +11,7 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.recording import Recording, find_recordings, is_recording, open_recording
+from drake_tracker.footage.recording import FootageRecorder, find_recordings, is_recording, open_recording
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.timeline import align
 
@@ -26,7 +26,7 @@ def live(count=40, rate=30.0, size=(34, 26)):
 
 def record(path, **options):
     footage, times, images = live(**options)
-    recording = Recording(footage)
+    recording = FootageRecorder(footage)
     recording.begin(path)
     list(recording.footage.frames())
     recording.close()
@@ -72,11 +72,11 @@ def test_a_wrong_table_of_times_is_named(tmp_path, text):
 def test_only_a_live_camera_is_recorded(tmp_path):
     record(tmp_path / "camera_left", count=5)
     with pytest.raises(DrakeTrackerError, match=r"--record: .*camera_left.mkv is not a live camera"):
-        Recording(open_recording(tmp_path / "camera_left.mkv"))
+        FootageRecorder(open_recording(tmp_path / "camera_left.mkv"))
     footage, _, _ = live(count=3)
     (tmp_path / "file").write_text("")
     with pytest.raises(DrakeTrackerError, match="cannot be written"):
-        Recording(footage).begin(tmp_path / "file" / "camera_left")
+        FootageRecorder(footage).begin(tmp_path / "file" / "camera_left")
 
 
 ENDLESS = """

@@ -14,7 +14,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.messages import pack_prediction
 from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.estimation.config import AlphaBetaGamma, CoordinatedTurn
-from drake_tracker.estimation.unit_free import ScaledEstimator
+from drake_tracker.estimation.unit_free import UnitFreeEstimator
 from drake_tracker.own_cameras.object_values import ObjectValues
 from drake_tracker.own_cameras.overlay import TrackOverlay
 from drake_tracker.own_cameras.overlay_objects import PATH
@@ -296,4 +296,4 @@ def test_settings_of_an_estimator_suit_pixels(folder, source):
 def test_which_estimators_find_the_unit_of_length(settings, in_pixels, scaled):
     assert is_scaled(settings, in_pixels) is scaled
     if not isinstance(settings, Custom):
-        assert isinstance(own_estimator(settings, 1 / 30, in_pixels), ScaledEstimator) is scaled
+        assert isinstance(own_estimator(settings, 1 / 30, in_pixels), UnitFreeEstimator) is scaled

@@ -26,7 +26,7 @@ from drake_tracker.run.video_page import VideoPage
 from drake_tracker.tasks.ball.filming import PREDICTING
 from drake_tracker.tasks.filming import Film, Script, no_points
 from drake_tracker.tasks.train.pictures.filming import TRAIN_SCRIPT
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
@@ -45,7 +45,7 @@ class Laboratory(LeafSystem):
     def __init__(self, blind_from=np.inf, latency=0):
         super().__init__()
         self._blind_from, self._latency = blind_from, latency
-        blank, nothing = ImageRgba8U(80, 60), MotionEnergy(0.0, np.zeros((1, 1), np.uint8), OFFSET)
+        blank, nothing = ImageRgba8U(80, 60), DetectionMask(0.0, np.zeros((1, 1), np.uint8), OFFSET)
         for side in SIDES:
             self.DeclareAbstractOutputPort(f"camera_{side}", lambda: AbstractValue.Make(blank), self._image)
             self.DeclareAbstractOutputPort(f"motion_{side}", lambda: AbstractValue.Make(nothing), self._motion)
@@ -64,7 +64,7 @@ class Laboratory(LeafSystem):
         mask = np.zeros((60, 80), np.uint8)
         if cycle >= 0:
             mask[30, cycle] = 255
-        output.set_value(MotionEnergy(max(cycle, 0) * VISION_PERIOD, mask, OFFSET))
+        output.set_value(DetectionMask(max(cycle, 0) * VISION_PERIOD, mask, OFFSET))
 
     def _centroid(self, context, output):
         stamp = context.get_time() - LAG * VISION_PERIOD
@@ -88,7 +88,7 @@ class OneCamera(LeafSystem):
         super().__init__()
         self.rendered = []
         self.DeclareAbstractOutputPort("camera", lambda: AbstractValue.Make(ImageRgba8U(80, 60)), self._image)
-        nothing = MotionEnergy(0.0, np.zeros((1, 1), np.uint8), (0, 0))
+        nothing = DetectionMask(0.0, np.zeros((1, 1), np.uint8), (0, 0))
         self.DeclareAbstractOutputPort("motion", lambda: AbstractValue.Make(nothing), self._motion)
         self.DeclareVectorOutputPort("centroid", 5, self._centroid)
         self.DeclareVectorOutputPort("packet", 160, lambda context, output: output.SetFromVector(np.zeros(160)))
@@ -107,7 +107,7 @@ class OneCamera(LeafSystem):
     def _motion(self, context, output):
         stamp = round(context.get_time() / VISION_PERIOD) // 4 * 4 - 1
         mask = np.full((60, 80), max(stamp, 0), np.uint8)
-        output.set_value(MotionEnergy(max(stamp, 0) * VISION_PERIOD, mask, (0, 0)))
+        output.set_value(DetectionMask(max(stamp, 0) * VISION_PERIOD, mask, (0, 0)))
 
     def _centroid(self, context, output):
         shown = (round(context.get_time() / VISION_PERIOD) - 4) // 4 * 4

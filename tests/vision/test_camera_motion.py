@@ -6,7 +6,7 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.faults.camera_faults import turned
-from drake_tracker.vision.camera_motion import CameraMotionDetector, Reason, Verdict, align, edge_tolerance
+from drake_tracker.vision.camera_motion import CameraMotionDetector, UnusableReason, Verdict, align, edge_tolerance
 from drake_tracker.vision.config import CameraMotion
 
 WIDTH, HEIGHT, MARGIN, FOCUS = 256, 110, 60, 480.0
@@ -131,7 +131,7 @@ def test_without_a_new_reference_a_pan_ends_in_unusable_images():
     for k in range(140):
         seen = camera.see(shoot(rng, (0.0, 0.5 * k))[0])
     assert seen.verdict is Verdict.UNUSABLE and seen.transform is None
-    assert seen.reason in (Reason.OVERLAP, Reason.MISMATCH) and camera.state.unusable > 1
+    assert seen.reason in (UnusableReason.OVERLAP, UnusableReason.MISMATCH) and camera.state.unusable > 1
 
 
 @pytest.mark.parametrize("knock", [(3.0, 0.0), (-1.2, 0.9), (20.0, -11.0)])
@@ -177,14 +177,14 @@ class TestLight:
         camera = Camera()
         image = cv2.convertScaleAbs(shoot(np.random.default_rng(13), body=40)[0], alpha=gain)
         seen = camera.see(image)
-        assert (seen.verdict, seen.reason) == (Verdict.UNUSABLE, Reason.LIGHT)
+        assert (seen.verdict, seen.reason) == (Verdict.UNUSABLE, UnusableReason.LIGHT)
         assert camera.see(camera.rest).verdict is Verdict.STILL
 
 
 def test_a_blurred_image_is_unusable():
     image = cv2.GaussianBlur(shoot(np.random.default_rng(14))[0], (0, 0), 3.0)
     seen = Camera().see(image)
-    assert (seen.verdict, seen.reason) == (Verdict.UNUSABLE, Reason.MISMATCH)
+    assert (seen.verdict, seen.reason) == (Verdict.UNUSABLE, UnusableReason.MISMATCH)
 
 
 @pytest.mark.parametrize("grain", [1.3, 4.0])
@@ -207,7 +207,7 @@ class TestNoTexture:
 
     def test_a_change_of_the_light_is_still_found(self):
         camera = Camera(np.full((HEIGHT, WIDTH), 70, np.uint8))
-        assert camera.see(np.full((HEIGHT, WIDTH), 150, np.uint8)).reason is Reason.LIGHT
+        assert camera.see(np.full((HEIGHT, WIDTH), 150, np.uint8)).reason is UnusableReason.LIGHT
 
 
 def test_a_displaced_camera_whose_view_is_masked_is_not_called_still():

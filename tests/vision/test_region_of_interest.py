@@ -3,7 +3,7 @@ import pytest
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.vision.region_of_interest import project_region
 
 K = np.array([[400.0, 0.0, 127.5], [0.0, 400.0, 127.5], [0.0, 0.0, 1.0]])
 
@@ -24,7 +24,7 @@ BOX = np.array([[-0.15, -0.1, 0.0], [0.15, 0.1, 0.05]])
 
 def test_mask_holds_the_work_volume_and_little_else():
     view = camera()
-    window = project_window(view, BOX)
+    window = project_region(view, BOX)
     mask = window.mask((0, 0, 256, 256))
     inside = np.random.default_rng(0).uniform(*BOX, (4000, 3))
     u, v = np.rint(view.project(inside)).astype(int).T
@@ -36,7 +36,7 @@ def test_mask_holds_the_work_volume_and_little_else():
 
 def test_corners_of_the_polygon_are_projected_corners():
     view = camera()
-    window = project_window(view, BOX)
+    window = project_region(view, BOX)
     corners = view.project(np.array([[x, y, z] for x in BOX[:, 0] for y in BOX[:, 1] for z in BOX[:, 2]]))
     for corner in window.polygon:
         assert np.hypot(*(corners - corner).T).min() < 1e-3
@@ -45,7 +45,7 @@ def test_corners_of_the_polygon_are_projected_corners():
 
 def test_bounds_are_even_padded_and_inside_the_frame():
     for distance in (0.9, 1.2, 2.0, 3.3):
-        window = project_window(camera(distance=distance), BOX, padding=4)
+        window = project_region(camera(distance=distance), BOX, padding=4)
         u0, v0, width, height = window.bounds
         assert u0 % 2 == v0 % 2 == width % 2 == height % 2 == 0
         low, high = window.polygon.min(axis=0), window.polygon.max(axis=0)
@@ -55,7 +55,7 @@ def test_bounds_are_even_padded_and_inside_the_frame():
 
 
 def test_mask_of_a_part_is_a_part_of_the_mask():
-    window = project_window(camera(), BOX)
+    window = project_region(camera(), BOX)
     u0, v0, width, height = window.bounds
     whole = window.mask((0, 0, 256, 256))
     assert (window.mask() == whole[v0 : v0 + height, u0 : u0 + width]).all()
@@ -64,8 +64,8 @@ def test_mask_of_a_part_is_a_part_of_the_mask():
 
 def test_a_volume_that_cannot_be_seen_is_refused():
     with pytest.raises(DrakeTrackerError, match="behind a camera"):
-        project_window(camera(), BOX + [0.0, 0.0, 2.0])
+        project_region(camera(), BOX + [0.0, 0.0, 2.0])
     with pytest.raises(DrakeTrackerError, match="does not see the work volume"):
-        project_window(camera(), BOX + [3.0, 0.0, 0.0])
+        project_region(camera(), BOX + [3.0, 0.0, 0.0])
     with pytest.raises(DrakeTrackerError, match="must be two corners"):
-        project_window(camera(), [0.0, 0.0, 1.0])
+        project_region(camera(), [0.0, 0.0, 1.0])

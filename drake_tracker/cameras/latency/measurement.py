@@ -25,7 +25,7 @@ _STEP_TOLERANCE = 3
 
 
 @dataclass(frozen=True)
-class Measurement:
+class LatencyMeasurement:
     """The latency of one camera.
 
     Attributes:
@@ -50,7 +50,7 @@ Notice = Callable[[float, int], object]
 
 def measure_by_code(
     footage: Footage, *, duration: float | None = None, patience: float = np.inf, notice: Notice = lambda *_: None
-) -> Measurement:
+) -> LatencyMeasurement:
     """Measures the latency of a camera that sees the running code.
 
     An image whose newest field shows the time c was exposed after c, and before the next field changed. The latency of
@@ -88,7 +88,7 @@ def measure_by_code(
     ages = 1e3 * ((footage.epoch or 0.0) % (1e-3 * RANGE) + np.array(stamps)) - np.array(times)
     ages = 1e-3 * ((ages + RANGE / 2) % RANGE - RANGE / 2)
     latency = estimate_latency(ages - refresh, ages)
-    return Measurement(footage.name, latency, seen, is_absolute(footage), refresh)
+    return LatencyMeasurement(footage.name, latency, seen, is_absolute(footage), refresh)
 
 
 def measure_by_light(
@@ -97,7 +97,7 @@ def measure_by_light(
     *,
     duration: float | None = None,
     notice: Notice = lambda *_: None,
-) -> Measurement:
+) -> LatencyMeasurement:
     """Measures the latency of a camera that sees a light.
 
     Args:
@@ -134,7 +134,7 @@ def measure_by_light(
             f"{footage.name}: {len(lowest)} switches of the light were seen; at least {LEAST_IMAGES} are needed"
         )
     latency = estimate_latency(lowest, highest)
-    return Measurement(footage.name, latency, len(stamps), is_absolute(footage))
+    return LatencyMeasurement(footage.name, latency, len(stamps), is_absolute(footage))
 
 
 def is_absolute(footage: Footage) -> bool:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 
-class RollingBall:
+class RollingBallModel:
     """A ball that rolls down a board and bounces off its side walls.
 
     Args:

@@ -24,7 +24,7 @@ KEEP_EVERY = 0.05
 
 
 @dataclass(frozen=True)
-class Coverage(FrozenState):
+class StdCalibration(FrozenState):
     """Predictions that are not due yet, and the factor learned so far.
 
     Attributes:
@@ -35,15 +35,15 @@ class Coverage(FrozenState):
     kept: tuple[tuple[float, float, float, float], ...] = ()
     factor: float = 1.0
 
-    def forget(self) -> "Coverage":
+    def forget(self) -> "StdCalibration":
         """Returns a copy without predictions: after a restart they say nothing about the new path."""
-        return Coverage((), self.factor)
+        return StdCalibration((), self.factor)
 
     def wants(self, stamp: float) -> bool:
         """Returns whether a prediction made at ``stamp`` [s] should be kept."""
         return not self.kept or stamp + HORIZON - self.kept[-1][0] >= KEEP_EVERY
 
-    def keep(self, stamp: float, x: float, y: float, std: float) -> "Coverage":
+    def keep(self, stamp: float, x: float, y: float, std: float) -> "StdCalibration":
         """Returns a copy that keeps one more prediction.
 
         Args:
@@ -52,9 +52,9 @@ class Coverage(FrozenState):
             y: y predicted for `HORIZON` later [m].
             std: its standard deviation, not yet scaled [m].
         """
-        return Coverage((*self.kept, (stamp + HORIZON, float(x), float(y), float(std))), self.factor)
+        return StdCalibration((*self.kept, (stamp + HORIZON, float(x), float(y), float(std))), self.factor)
 
-    def judge(self, stamp: float, x: float, y: float) -> "Coverage":
+    def judge(self, stamp: float, x: float, y: float) -> "StdCalibration":
         """Returns a copy that has judged the predictions that are due.
 
         A prediction that is overdue by `KEEP_EVERY` or more is dropped without judgement.
@@ -73,4 +73,4 @@ class Coverage(FrozenState):
                 factor *= math.exp(STEP * (SHARE if missed else SHARE - 1.0))
         if kept is self.kept:
             return self
-        return Coverage(kept, min(max(factor, LIMITS[0]), LIMITS[1]))
+        return StdCalibration(kept, min(max(factor, LIMITS[0]), LIMITS[1]))

@@ -1,5 +1,5 @@
 from .board_exit import BoardEdge as BoardEdge
-from .board_exit import Crossing as Crossing
+from .board_exit import BoardExit as BoardExit
 from .board_touch import board_pose_from_touches as board_pose_from_touches
 from .catch_machine import CatchMachine as CatchMachine
 from .catch_machine import CatchObservation as CatchObservation

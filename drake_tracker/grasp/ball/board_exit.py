@@ -16,7 +16,7 @@ HAND_YAW = math.pi
 _STD = KNOT_FIELDS.index("std")
 
 
-class Crossing(NamedTuple):
+class BoardExit(NamedTuple):
     """A crossing of the bottom edge.
 
     Attributes:
@@ -72,7 +72,7 @@ class BoardEdge:
         """The `place` of a ball that comes straight down the middle, shape (4,)."""
         return self.place(0.0)
 
-    def crossing(self, packet: np.ndarray) -> Crossing | None:
+    def crossing(self, packet: np.ndarray) -> BoardExit | None:
         """Returns the crossing on the path of a `Prediction` vector, None when there is none."""
         packet = np.asarray(packet)
         if not _is_path(packet):
@@ -90,7 +90,7 @@ class BoardEdge:
         std = (1.0 - part) * knots[k, _STD] + part * knots[k + 1, _STD]
         fields = Prediction(packet)
         time = fields.first_time + fields.spacing * (k + part)
-        return Crossing(float(time), p_WQ, self.place(at + drift * self.beyond), float(std))
+        return BoardExit(float(time), p_WQ, self.place(at + drift * self.beyond), float(std))
 
     def stays_above(self, packet: np.ndarray) -> bool:
         """Returns whether the path of a `Prediction` vector stays on the board from its beginning to its end."""
@@ -98,7 +98,7 @@ class BoardEdge:
         return _is_path(packet) and bool((self._on_board(prediction_knots(packet))[1] > 0.0).all())
 
     def place(self, x: float) -> np.ndarray:
-        """Returns the pose (x, y, z, yaw) in W of `Crossing.place`, shape (4,) [m, rad], within the board's width.
+        """Returns the pose (x, y, z, yaw) in W of `BoardExit.place`, shape (4,) [m, rad], within the board's width.
 
         Args:
             x: position of the ball along x_B [m].

@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Prediction, prediction_end
-from drake_tracker.grasp.ball.board_exit import BoardEdge, Crossing
+from drake_tracker.grasp.ball.board_exit import BoardEdge, BoardExit
 from drake_tracker.grasp.ball.catch_schema import CATCH_PROGRAMS, CATCH_SAME_MOTION, CATCH_TRANSITIONS, CatchPhase
 from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.grasp.operator_override import OperatedMachine, OperatedState, Pace, resting_target
@@ -36,7 +36,7 @@ class CatchState(OperatedState):
     """
 
     phase: CatchPhase = CatchPhase.WAIT
-    crossing: Crossing | None = None
+    crossing: BoardExit | None = None
     stamp: float = -np.inf
     standing: float = np.inf
     time: float = 0.0
@@ -169,7 +169,7 @@ class CatchMachine(OperatedMachine[CatchState, CatchObservation]):
 
     # Parts of a tick.
 
-    def _postponed(self, state: CatchState, seen: CatchObservation) -> Crossing | None:
+    def _postponed(self, state: CatchState, seen: CatchObservation) -> BoardExit | None:
         """Returns the known crossing, not before the end of a path on which the ball stays on the board: the ball was
         deflected up the slope. None when there is no crossing, or when the path begins beyond the edge."""
         if state.crossing is None or not self.edge.stays_above(seen.packet):

@@ -38,8 +38,8 @@ from drake_tracker.vision.centroid.plane_projection import (
     seen_whole_from,
 )
 from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorSystem
-from drake_tracker.vision.centroid.search_window import PredictedWindow
-from drake_tracker.vision.region_of_interest import Window
+from drake_tracker.vision.centroid.search_window import SearchWindow
+from drake_tracker.vision.region_of_interest import RegionOfInterest
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
 from drake_tracker.world.ball.ball_fixtures import TABLE_HEIGHT
 from drake_tracker.world.ball.ball_plant import TABLE_X
@@ -145,7 +145,7 @@ def known_edge(scenario: BallScenario, poses: BoardPoses) -> BoardEdge:
     return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond)
 
 
-def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel, Window]:
+def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel, RegionOfInterest]:
     """Returns the camera in the frame of the board, as the initialisation found it, and the window of interest.
 
     Args:
@@ -233,7 +233,7 @@ def board_vision(
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
-        follow=PredictedWindow() if settings.follow else None,
+        follow=SearchWindow() if settings.follow else None,
         image_latency=image_latency,
     )
 

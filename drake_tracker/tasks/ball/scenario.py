@@ -6,7 +6,7 @@ Settings that all tasks share are in `drake_tracker.scenarios.base`.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
+from drake_tracker.arm.config import HandKind, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
@@ -82,7 +82,7 @@ class BallScenario(BaseScenario):
         faults: what goes wrong, and when.
     """
 
-    hand: ClassVar[Hand] = Hand.CUP
+    hand: ClassVar[HandKind] = HandKind.CUP
     task: str = setting("ball", "name of the task")
     duration: float = setting(15.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
     time_step: float = setting(BALL_TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
@@ -99,7 +99,7 @@ class BallScenario(BaseScenario):
     guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 5 ms")
     catch: CatchConfig = setting(CatchConfig, "what the hand does, and when")
-    arm: ARMS.union(Custom, without=arms_without(Hand.CUP)) = setting(  # type: ignore[valid-type]
+    arm: ARMS.union(Custom, without=arms_without(HandKind.CUP)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
     faults: tuple[faults_of("ball"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]

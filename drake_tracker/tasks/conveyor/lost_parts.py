@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, packet_target
-from drake_tracker.dispatch.candidate import Candidate, Hand
+from drake_tracker.dispatch.candidate import Candidate, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import PICKING, PartHistory
@@ -163,7 +163,7 @@ def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
     for k in np.flatnonzero((phases == PickPhase.WAIT) | ((phases == PickPhase.TRACK) & begins)):
         time = float(command.times[k])
         at = [max(int(np.searchsorted(signal.times, time, side="right")) - 1, 0) for signal in (status, order, belt)]
-        hand = Hand(float(status["x"][at[0]]), float(status["y"][at[0]]), time)
+        hand = FreeHand(float(status["x"][at[0]]), float(status["y"][at[0]]), time)
         ordered = int(order["number"][at[1]])
         for number, kind, x, y, _, yaw, v, std, _, clear in rows[at[2]]:
             if number == 0 or int(number) in found or int(number) == ordered or clear < limits.min_clear:

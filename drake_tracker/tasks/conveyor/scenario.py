@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
+from drake_tracker.arm.config import HandKind, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.dispatch.config import CycleTime, Eligibility, LookAhead, Window
+from drake_tracker.dispatch.config import CycleTime, Eligibility, LookAhead, PickWindow
 from drake_tracker.dispatch.kinds import DISPATCHERS
 from drake_tracker.estimation.config import Belt
 from drake_tracker.faults.config import EncoderJump, EncoderStopped, HandOverBelt, ImageFaultConfig
@@ -97,7 +97,7 @@ class ConveyorScenario(BaseScenario):
         faults: what goes wrong, and when.
     """
 
-    hand: ClassVar[Hand] = Hand.GRIPPER
+    hand: ClassVar[HandKind] = HandKind.GRIPPER
     task: str = setting("conveyor", "name of the task")
     belt: BeltConfig = setting(BeltConfig, "the belt")
     arrivals: ArrivalsConfig = setting(ArrivalsConfig, "the parts that it brings")
@@ -108,7 +108,7 @@ class ConveyorScenario(BaseScenario):
     estimator: Belt = setting(Belt, "from poses to predicted paths")
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
     eligibility: Eligibility = setting(Eligibility, "which parts may be picked")
-    window: Window = setting(Window, "where parts may be picked")
+    window: PickWindow = setting(PickWindow, "where parts may be picked")
     cycle: CycleTime = setting(CycleTime, "what the dispatcher knows about the time that the arm takes")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
@@ -118,7 +118,7 @@ class ConveyorScenario(BaseScenario):
         ConveyorServoConfig, "from packets of predicted path to set-points every 30 ms"
     )
     pick: PickConfig = setting(PickConfig, "what the hand does, and when")
-    arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
+    arm: ARMS.union(Custom, without=arms_without(HandKind.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
     faults: tuple[faults_of("conveyor"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]

@@ -19,7 +19,7 @@ _NUMBER, _KIND, _X, _Y, _YAW, _VAR, _SEEN = (
 )
 
 
-class Measured(NamedTuple):
+class PartMeasurements(NamedTuple):
     """Measurements of parts that lie on the belt.
 
     Attributes:
@@ -37,7 +37,7 @@ class Measured(NamedTuple):
     y: np.ndarray
 
 
-def measurements(log: Log, arrivals: Sequence[Arrival]) -> Measured:
+def measurements(log: Log, arrivals: Sequence[Arrival]) -> PartMeasurements:
     """Returns all measurements in a log, those of parts that the arm has already lifted left out.
 
     Args:
@@ -68,7 +68,9 @@ def measurements(log: Log, arrivals: Sequence[Arrival]) -> Measured:
             right = row[_KIND] == arrivals[k].kind
             found.append((row[_NUMBER], k, right, row[_X] - x, row[_Y] - y, turn, y))
     table = np.array(found, dtype=float).reshape(-1, 7)
-    return Measured(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2] > 0, table[:, 3:6], table[:, 6])
+    return PartMeasurements(
+        table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2] > 0, table[:, 3:6], table[:, 6]
+    )
 
 
 def vision_errors(log: Log, arrivals: Sequence[Arrival], kind: PartKind | None = None) -> dict[str, float | int | None]:
@@ -89,7 +91,7 @@ def vision_errors(log: Log, arrivals: Sequence[Arrival], kind: PartKind | None =
     """
     found = measurements(log, arrivals)
     wanted = np.array([not each.lies and kind in (None, each.kind) for each in arrivals])
-    found = Measured(*(values[wanted[found.part]] for values in found))
+    found = PartMeasurements(*(values[wanted[found.part]] for values in found))
     if not len(found.part):
         return {"measurements": 0, "parts": 0}
     seen = np.unique(found.part)

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from drake_tracker.dispatch import arrivals as queue
-from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel
-from drake_tracker.dispatch.offline_optimum import clairvoyant
+from drake_tracker.dispatch.offline_optimum import offline_optimum
 from drake_tracker.tasks.conveyor.diagram import filling_order
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.world.conveyor.arrivals import Arrival
@@ -64,12 +64,12 @@ def clairvoyant_picks(scenario: ConveyorScenario, arrivals: Sequence[Arrival], s
     if belt.motion != "running":
         return None
     parts = [
-        queue.Arrival(number, arrival.time, arrival.x, belt.speed)
+        queue.PartArrival(number, arrival.time, arrival.x, belt.speed)
         for number, arrival in enumerate(arrivals, 1)
         if arrival.time <= simulated and not arrival.lies
     ]
     centres = cell_centres(scenario.tray)
     cells = [Cell(*centres[k]) for k in filling_order(scenario)]
-    hand = Hand(belt.middle, window.y_wait, 0.0)
-    bound = clairvoyant(CycleModel(scenario.cycle, window), parts, hand, cells, belt.entry, simulated)
+    hand = FreeHand(belt.middle, window.y_wait, 0.0)
+    bound = offline_optimum(CycleModel(scenario.cycle, window), parts, hand, cells, belt.entry, simulated)
     return min(bound.upper, len(cells))

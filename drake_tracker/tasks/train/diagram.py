@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram, System
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.hand_eye_correction import VisualEdge
+from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -24,7 +24,7 @@ from drake_tracker.diagrams.hand_eye import (
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.estimation.sudden_change import noticing
+from drake_tracker.estimation.sudden_change import with_speed_change_detection
 from drake_tracker.faults.fault import Fault
 from drake_tracker.grasp.train.grasp_machine import GraspMachine
 from drake_tracker.grasp.train.grasp_system import GraspSystem
@@ -117,7 +117,7 @@ def assemble(
         scenario.time_step,
         jaw_opening=scenario.grasp.jaw_opening,
         clearance=ArmClearance(reach.description, [table_box(height=scenario.table_height)]),
-        edge=VisualEdge(scenario.hand_eye) if sees_hand(scenario) else None,
+        edge=HandEyeCorrection(scenario.hand_eye) if sees_hand(scenario) else None,
     )
     if world.HasInputPort("launch"):
         connections = (*connections, AT_LAUNCH)
@@ -131,7 +131,7 @@ def train_host(scenario: TrainScenario) -> EstimatorSystem | EstimatorBankSystem
     """
     estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
     if scenario.grasp.descent == "guided":  # a blind descent could not use what it notices
-        estimator = noticing(estimator)
+        estimator = with_speed_change_detection(estimator)
     return make_host(estimator, scenario.time_step, train_faults(scenario), tracks_several(scenario))
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, HandEyeConfig, PacketGuardConfig, Puma560, ServoConfig
+from drake_tracker.arm.config import HandEyeConfig, HandKind, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
@@ -132,7 +132,7 @@ class TrainScenario(BaseScenario):
         faults: what goes wrong, and when.
     """
 
-    hand: ClassVar[Hand] = Hand.GRIPPER
+    hand: ClassVar[HandKind] = HandKind.GRIPPER
     task: str = setting("train", "name of the task")
     table_height: float = setting(0.45, "height of the table top", "m", (0.0, 1.5))
     table_colour: str = setting("", "mean colour of the table top, as #rrggbb; empty: that of the model")
@@ -154,7 +154,7 @@ class TrainScenario(BaseScenario):
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
     hand_eye: HandEyeConfig = setting(HandEyeConfig, "how the cameras' view of a hand with markers corrects its target")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does, and when")
-    arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
+    arm: ARMS.union(Custom, without=arms_without(HandKind.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
     faults: tuple[faults_of("train"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]

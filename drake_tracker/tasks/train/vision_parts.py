@@ -29,7 +29,7 @@ from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.hand.hand_markers import MarkerSearch
 from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram
-from drake_tracker.vision.region_of_interest import Window, project_window
+from drake_tracker.vision.region_of_interest import RegionOfInterest, project_region
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.world.imaging.cameras import describe_rig, renderable_window
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
@@ -99,7 +99,7 @@ def rendered_windows(scenario: TrainScenario) -> dict[str, RenderedWindow]:
     return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
 
 
-def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) -> dict[str, Window]:
+def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) -> dict[str, RegionOfInterest]:
     """Returns {side: window in which a scenario's vision searches for motion}.
 
     Args:
@@ -107,7 +107,7 @@ def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) ->
         cameras: {side: calibrated camera}.
     """
     vision = scenario.vision
-    return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
+    return {side: project_region(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
 
 def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any) -> RenderedVision:

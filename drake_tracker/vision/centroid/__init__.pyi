@@ -3,9 +3,9 @@ from .board_vision_diagram import BoardVisionDiagram as BoardVisionDiagram
 from .detectors import DETECTORS as DETECTORS
 from .detectors import make_detector as make_detector
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector
+from .motion_centroid_system import DetectionMask as DetectionMask
 from .motion_centroid_system import LaggedCentroid as LaggedCentroid
 from .motion_centroid_system import MotionCentroidSystem as MotionCentroidSystem
-from .motion_centroid_system import MotionEnergy as MotionEnergy
 from .motion_centroid_system import add_motion_centroid as add_motion_centroid
 from .motion_detector import MotionDetector as MotionDetector
 from .normal_flow import NormalFlowDetector as NormalFlowDetector
@@ -15,6 +15,6 @@ from .plane_projection import PlausiblePoints as PlausiblePoints
 from .plane_projection import PointFilter as PointFilter
 from .plane_projector_system import PlaneProjectorSystem as PlaneProjectorSystem
 from .plane_projector_system import add_plane_projector as add_plane_projector
-from .search_window import PredictedWindow as PredictedWindow
+from .search_window import SearchWindow as SearchWindow
 from .static_threshold import StaticThresholdDetector as StaticThresholdDetector
 from .vision_diagram import VisionDiagram as VisionDiagram

@@ -18,7 +18,7 @@ from drake_tracker.vision.centroid.motion_centroid_system import add_motion_cent
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
 from drake_tracker.vision.centroid.plane_projection import PointFilter
 from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorSystem
-from drake_tracker.vision.centroid.search_window import PredictedWindow
+from drake_tracker.vision.centroid.search_window import SearchWindow
 
 
 class BoardVisionDiagram(Diagram):
@@ -39,7 +39,7 @@ class BoardVisionDiagram(Diagram):
     ``centroid`` is a `Centroid` vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a
     `TrackPoint` vector in W [m], updated every `VISION_PERIOD` in the projector's slot. Both are zeros until the first
     centroid has passed the delay line.
-    ``motion`` is the `MotionEnergy` and ``motion_images`` all intermediate images of the newest centroid, for pictures.
+    ``motion`` is the `DetectionMask` and ``motion_images`` all intermediate images of the newest centroid.
 
     Args:
         detector: `MotionDetector`, with its window.
@@ -50,7 +50,7 @@ class BoardVisionDiagram(Diagram):
         image_offset: full-frame coordinates (u0, v0) [px] of the image's top left pixel.
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid is output.
-        follow: `PredictedWindow`, or None for the detector's own window alone.
+        follow: `SearchWindow`, or None for the detector's own window alone.
         time_step: of the plant [s], which the slots divide.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`. It
             does not change ``centroid`` and ``point``; ``motion`` is as late as the images.
@@ -72,7 +72,7 @@ class BoardVisionDiagram(Diagram):
         image_offset: tuple[int, int] = (0, 0),
         update_cycles: int = BALL_UPDATE_CYCLES,
         throughput_cycles: int = BALL_THROUGHPUT_CYCLES,
-        follow: PredictedWindow | None = None,
+        follow: SearchWindow | None = None,
         time_step: float = TIME_STEP,
         image_latency: int = 0,
     ) -> None:

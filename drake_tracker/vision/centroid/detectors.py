@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from drake_tracker.vision.centroid.motion_detector import MotionDetector
 
-DETECTORS: "Kinds[MotionDetector]" = Kinds(
+DETECTORS: "Registry[MotionDetector]" = Registry(
     "detector",
     {
         FrameDifference: "drake_tracker.vision.centroid.frame_difference:FrameDifferenceDetector",

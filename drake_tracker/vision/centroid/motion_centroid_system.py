@@ -15,7 +15,7 @@ from drake_tracker.core.messages import Centroid, FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
 from drake_tracker.vision.centroid.detectors import DETECTORS, make_detector
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
-from drake_tracker.vision.centroid.search_window import PredictedWindow, Track
+from drake_tracker.vision.centroid.search_window import SearchWindow, Track
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
@@ -24,7 +24,7 @@ from drake_tracker.vision.image_tracks.pyramid_level import enlarged, enlarged_c
 
 
 @dataclass(frozen=True, eq=False)
-class MotionEnergy(FrozenState):
+class DetectionMask(FrozenState):
     """What the detector saw at one instant, for figures and video.
 
     Attributes:
@@ -57,7 +57,7 @@ class _Memory(FrozenState):
     smoothed: tuple[np.ndarray | None, ...]
     described: tuple[np.ndarray, ...]
     centroid: np.ndarray
-    energy: MotionEnergy
+    energy: DetectionMask
     track: Track = ()
     stamps: tuple[float, ...] = ()
     objects: ImageObjects | None = None
@@ -82,7 +82,7 @@ class MotionCentroidSystem(LeafSystem):
     ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed from the
     newest image, while its stamp is that of the image it describes. It is all zeros until enough images are buffered;
     from then on the stamp is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract
-    `MotionEnergy` of the same instant. ``motion_images`` holds what the detector's ``images`` returns for the images
+    `DetectionMask` of the same instant. ``motion_images`` holds what the detector's ``images`` returns for the images
     used (for normal flow a `MotionImages`), or None before there are enough; it costs nothing unless it is read.
 
     With ``update_cycles`` above 1 a new centroid is computed only every so many cycles (Nashman and Chaconas 1990: an
@@ -101,7 +101,7 @@ class MotionCentroidSystem(LeafSystem):
         period: of a cycle [s].
         offset: of the update within the cycle [s].
         update_cycles: cycles from one centroid to the next.
-        follow: `PredictedWindow` outside of which motion is ignored, or None.
+        follow: `SearchWindow` outside of which motion is ignored, or None.
         tracker: `ImageTracker`, with which ``centroid`` is that of its first target, or None.
         own_stamps: whether there is the input ``frame``.
         grey: whether the images have grey values only.
@@ -121,7 +121,7 @@ class MotionCentroidSystem(LeafSystem):
         period: float = VISION_PERIOD,
         offset: float = 0.0,
         update_cycles: int = 1,
-        follow: PredictedWindow | None = None,
+        follow: SearchWindow | None = None,
         tracker: ImageTracker | None = None,
         own_stamps: bool = False,
         grey: bool = False,
@@ -142,7 +142,7 @@ class MotionCentroidSystem(LeafSystem):
             "color_image", AbstractValue.Make(ImageGrey8U() if grey else ImageRgba8U())
         )
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
-        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
+        nothing = DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
         blank = _Memory(
             (),
             (),
@@ -202,7 +202,7 @@ class MotionCentroidSystem(LeafSystem):
                 u, v, count = enlarged_centroid(region, self._reduce_by)
                 centroid = np.array([stamp, u + u0, v + v0, count, 1.0])
             seen = enlarged(objects, self._reduce_by) if described and objects is not None else None
-            energy = MotionEnergy(stamp, read_only(mask), self._image_offset, seen)
+            energy = DetectionMask(stamp, read_only(mask), self._image_offset, seen)
         memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps, objects)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
@@ -277,7 +277,7 @@ def add_motion_centroid(
     period: float = VISION_PERIOD,
     offset: float = 0.0,
     update_cycles: int = 1,
-    follow: PredictedWindow | None = None,
+    follow: SearchWindow | None = None,
     tracker: ImageTracker | None = None,
     own_stamps: bool = False,
     grey: bool = False,
@@ -307,7 +307,7 @@ def add_motion_centroid(
         period: of a cycle [s].
         offset: of the updates within the cycle [s].
         update_cycles: cycles from one centroid to the next.
-        follow: `PredictedWindow` outside of which motion is ignored, or None.
+        follow: `SearchWindow` outside of which motion is ignored, or None.
         tracker: `ImageTracker` that says which object the centroid is of, or None.
         own_stamps: whether there is an input for the images' own stamps.
         grey: whether the images have grey values only.

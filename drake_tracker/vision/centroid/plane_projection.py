@@ -15,7 +15,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import GRAVITY
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.vision.region_of_interest import Window, window_around
+from drake_tracker.vision.region_of_interest import RegionOfInterest, region_around
 
 LOWEST_SIGHT = 2.3
 """Cotangent of the lowest elevation from which the camera looks at the board."""
@@ -58,8 +58,10 @@ def project_to_plane(camera: CameraModel, uv: Sequence[float] | np.ndarray, z: f
     return p_BC + t * direction if t > 0.0 else None
 
 
-def board_window(camera: CameraModel, width: float, length: float, ball_diameter: float, bottom: float = 0.0) -> Window:
-    """Returns the `Window` in which a ball on the board can be seen, but nothing beyond the bottom edge.
+def board_window(
+    camera: CameraModel, width: float, length: float, ball_diameter: float, bottom: float = 0.0
+) -> RegionOfInterest:
+    """Returns the `RegionOfInterest` in which a ball on the board can be seen, but nothing beyond the bottom edge.
 
     Args:
         camera: in the board's frame.
@@ -76,7 +78,7 @@ def board_window(camera: CameraModel, width: float, length: float, ball_diameter
     # The top of a ball hides what lies behind it; for a camera on the upper side that is farther down the board.
     lowest_top = bottom + LOWEST_SIGHT * ball_diameter
     rims = ((bottom, 0.0), (lowest_top, ball_diameter), (length, 0.0), (length, ball_diameter))
-    return window_around(camera, np.array([(x, y, z) for x in (-half, half) for y, z in rims]))
+    return region_around(camera, np.array([(x, y, z) for x in (-half, half) for y, z in rims]))
 
 
 def seen_whole_from(camera: CameraModel, bottom: float, ball_radius: float) -> float:

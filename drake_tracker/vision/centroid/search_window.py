@@ -17,7 +17,7 @@ Track = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
-class PredictedWindow:
+class SearchWindow:
     """A disc around the position that the last two centroids predict at constant speed.
 
     Its memory is a `Track`, kept by the caller. With fewer than two centroids, or when the last one is older than

@@ -34,7 +34,7 @@ class VisionDiagram(Diagram):
 
     ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``centroid_*`` are `Centroid` vectors [px] at the
     end of the pipeline, ``lag_cycles`` after their stamp; ``point`` is a `TrackPoint` vector in W [m] that follows them
-    at once. All are zeros until the first centroid has passed the delay line. ``motion_*`` is the `MotionEnergy` and
+    at once. All are zeros until the first centroid has passed the delay line. ``motion_*`` is the `DetectionMask` and
     ``motion_images_*`` all intermediate images of the newest cycle, for pictures. With ``own_stamps`` there are the
     inputs ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each. ``image_latency`` does not change
     ``centroid_*`` and ``point``; ``motion_*`` are as late as the images.

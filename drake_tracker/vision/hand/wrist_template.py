@@ -26,7 +26,7 @@ anew."""
 
 
 @dataclass(frozen=True, eq=False)
-class Appearance(FrozenState):
+class WristTemplate(FrozenState):
     """What is known of the object, in its own frame: x along its direction of travel, y to its left.
 
     Attributes:
@@ -52,8 +52,8 @@ class Appearance(FrozenState):
     missed: int = 0
 
 
-class AppearanceLearner:
-    """Learns an `Appearance`. All memory is with the caller.
+class WristTemplateLearner:
+    """Learns an `WristTemplate`. All memory is with the caller.
 
     Args:
         table_height: height of the table's top in W [m].
@@ -74,7 +74,7 @@ class AppearanceLearner:
 
     def begin(
         self, image: np.ndarray, seen: np.ndarray, camera: CameraModel, yaw: float, fixed: FixedPoint
-    ) -> Appearance | None:
+    ) -> WristTemplate | None:
         """Returns the appearance after the first image, None if it does not show the whole object.
 
         Args:
@@ -90,7 +90,7 @@ class AppearanceLearner:
         box = self._box(fixed.length, grey.shape)
         if (visible * box).sum() < box.sum():
             return None
-        return Appearance(
+        return WristTemplate(
             grey=read_only(grey),
             weight=read_only(visible * box),
             count=1,
@@ -103,14 +103,14 @@ class AppearanceLearner:
 
     def refine(
         self,
-        appearance: Appearance,
+        appearance: WristTemplate,
         image: np.ndarray,
         seen: np.ndarray,
         camera: CameraModel,
         middle: np.ndarray,
         yaw: float,
         fixed: FixedPoint,
-    ) -> Appearance:
+    ) -> WristTemplate:
         """Returns the appearance after another image in which the fixed cameras see the object, too.
 
         Args:
@@ -146,7 +146,7 @@ class AppearanceLearner:
         return inside.astype(np.float32)
 
 
-def missed(appearance: Appearance, fixed: FixedPoint | None) -> Appearance | None:
+def missed(appearance: WristTemplate, fixed: FixedPoint | None) -> WristTemplate | None:
     """Returns what is known after an image in which the template was not found, None if it must be learned anew.
 
     Args:

@@ -25,8 +25,8 @@ from drake_tracker.vision.hand.wrist_template import (
     HALF_LENGTH,
     HALF_WIDTH,
     LEARNED,
-    Appearance,
-    AppearanceLearner,
+    WristTemplate,
+    WristTemplateLearner,
     missed,
 )
 from drake_tracker.vision.rectified_patch import CELL, rectified, rotation
@@ -72,17 +72,17 @@ class WristView:
     """
 
     def __init__(self, table_height: float, object_width: float) -> None:
-        self._learner = AppearanceLearner(table_height, object_width)
+        self._learner = WristTemplateLearner(table_height, object_width)
 
     def measure(
         self,
-        appearance: Appearance | None,
+        appearance: WristTemplate | None,
         image: np.ndarray,
         seen: np.ndarray,
         camera: CameraModel,
         expected: Expectation,
         fixed: FixedPoint | None,
-    ) -> tuple[Appearance | None, WristMeasurement]:
+    ) -> tuple[WristTemplate | None, WristMeasurement]:
         """Returns what is known of the object after an image, and where the object is.
 
         Args:
@@ -127,7 +127,7 @@ class WristView:
 
     def _found(
         self,
-        appearance: Appearance,
+        appearance: WristTemplate,
         image: np.ndarray,
         seen: np.ndarray,
         camera: CameraModel,

@@ -22,7 +22,7 @@ from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, WRIST_SLOT, cap
 from drake_tracker.vision.hand.hand_view import HandView
 from drake_tracker.vision.hand.wrist_measurement import Expectation, FixedPoint, WristMeasurement, WristReason, nothing
 from drake_tracker.vision.hand.wrist_messages import expectation, fixed_point, fused, pack_wrist, track_row
-from drake_tracker.vision.hand.wrist_template import Appearance
+from drake_tracker.vision.hand.wrist_template import WristTemplate
 from drake_tracker.vision.hand.wrist_view import WristView
 
 
@@ -65,7 +65,7 @@ class WristMemory(FrozenState):
     """
 
     target: int
-    appearance: Appearance | None
+    appearance: WristTemplate | None
     point: np.ndarray
     tracks: np.ndarray
     wrist: np.ndarray
@@ -187,11 +187,11 @@ class WristViewSystem(LeafSystem):
     def _measured(
         self,
         lines: WristLines,
-        appearance: Appearance | None,
+        appearance: WristTemplate | None,
         stamp: float,
         expected: Expectation | None,
         fixed: FixedPoint | None,
-    ) -> tuple[Appearance | None, WristMeasurement]:
+    ) -> tuple[WristTemplate | None, WristMeasurement]:
         """Returns the appearance and the measurement after the image of a stamp [s]."""
         whole = len(lines.hands) == self._lag + 1 and len(lines.shots) == self._lag - self._latency + 1
         shot = lines.shots[0] if whole else None

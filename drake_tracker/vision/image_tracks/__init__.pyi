@@ -1,3 +1,3 @@
 from .image_targets_system import ImageTargetsSystem as ImageTargetsSystem
-from .stereo_tracks import ObjectPairing as ObjectPairing
-from .stereo_tracks_system import ObjectPairsSystem as ObjectPairsSystem
+from .stereo_tracks import StereoTracker as StereoTracker
+from .stereo_tracks_system import StereoTracksSystem as StereoTracksSystem

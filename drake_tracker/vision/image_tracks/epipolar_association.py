@@ -9,7 +9,7 @@ import numpy as np
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.vision.image_tracks.track_2d import ImageTrack
+from drake_tracker.vision.image_tracks.track_2d import Track2D
 
 WEIGHT = 0.1
 """Weight of the newest images."""
@@ -24,7 +24,7 @@ GREY_WEIGHT = 1.0 / 200.0
 
 
 @dataclass(frozen=True, eq=False)
-class Link(FrozenState):
+class TrackLink(FrozenState):
     """What is known of a track of the left camera and one of the right.
 
     Attributes:
@@ -49,14 +49,14 @@ class Link(FrozenState):
 
 
 def find_links(
-    known: Mapping[tuple[int, int], Link],
-    found: Sequence[Mapping[int, ImageTrack] | None],
+    known: Mapping[tuple[int, int], TrackLink],
+    found: Sequence[Mapping[int, Track2D] | None],
     cameras: Sequence[CameraModel],
     max_gap: float,
     stamp: float,
     together: bool,
-) -> dict[tuple[int, int], Link]:
-    """Returns the links after a pair of images, {(number in the left camera, in the right one): `Link`}.
+) -> dict[tuple[int, int], TrackLink]:
+    """Returns the links after a pair of images, {(number in the left camera, in the right one): `TrackLink`}.
 
     Args:
         known: the links before.
@@ -79,19 +79,19 @@ def find_links(
             key = (one.number, other.number)
             before = links.get(key)
             if before is None or stamp - before.stamp > FORGOTTEN:
-                before = Link(0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, np.inf, stamp)
+                before = TrackLink(0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, np.inf, stamp)
             links[key] = _updated(before, one, other, cameras, max_gap, stamp)
     return links
 
 
-def link_cost(link: Link) -> float:
+def link_cost(link: TrackLink) -> float:
     """Returns how much speaks against one object: gaps, and differences of size and brightness; near 0 for the same."""
     return math.sqrt(link.error) + link.unlike
 
 
 def _updated(
-    link: Link, one: ImageTrack, other: ImageTrack, cameras: Sequence[CameraModel], max_gap: float, stamp: float
-) -> Link:
+    link: TrackLink, one: Track2D, other: Track2D, cameras: Sequence[CameraModel], max_gap: float, stamp: float
+) -> TrackLink:
     meeting = triangulate(cameras[0], cameras[1], one.place.tolist(), other.place.tolist())
     unlike, p_WQ, gap, ratio = link.unlike, link.p_WQ, np.inf, 0.0
     if meeting is not None:
@@ -102,7 +102,7 @@ def _updated(
         unlike = SIZE_WEIGHT * abs(ratio) + GREY_WEIGHT * abs(greys[0] - greys[1])
     share = gap / max_gap
     weight = max(1.0 / (link.hits + 1), WEIGHT)
-    return Link(
+    return TrackLink(
         hits=link.hits + 1,
         error=link.error + weight * (min(share**2, WORST) - link.error),
         unlike=link.unlike + weight * (unlike - link.unlike),
@@ -114,7 +114,7 @@ def _updated(
     )
 
 
-def metres_across(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray) -> float:
+def metres_across(track: Track2D, camera: CameraModel, p_WQ: np.ndarray) -> float:
     """Returns the size of an object [m], from that in the image, if it is at a point (3,) [m]."""
     size = track.size if track.region is None else track.region.extent
     return size * math.dist(p_WQ, camera.X_WC[:3, 3]) / camera.focal_lengths[0]

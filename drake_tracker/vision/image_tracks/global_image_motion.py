@@ -33,7 +33,7 @@ STILL = 0.1
 """Displacement below which the image counts as still [px]."""
 
 
-class SceneShift(NamedTuple):
+class GlobalImageMotion(NamedTuple):
     """How the whole image moves.
 
     Attributes:
@@ -97,7 +97,7 @@ def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
     return math.hypot(vv * ut - uv * vt, uu * vt - uv * ut) / (uu * vv - uv**2)
 
 
-def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[SceneShift] | None:
+def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[GlobalImageMotion] | None:
     """Returns the motion of the scene from one image to others, None when no common motion is found.
 
     Corners are followed with the pyramidal method of Lucas and Kanade (Bouguet 2000); a similarity transform is fitted
@@ -128,11 +128,11 @@ def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[Sce
         shift = before @ (transform[:, :2] - np.eye(2)).T + transform[:, 2]
         transform[:, 2] *= factor
         transform[:, 2] += 0.5 * (factor - 1.0) * (np.ones(2) - transform[:, :2].sum(axis=1))
-        found.append(SceneShift(transform, factor * float(np.sqrt(np.mean(np.sum(shift**2, axis=1))))))
+        found.append(GlobalImageMotion(transform, factor * float(np.sqrt(np.mean(np.sum(shift**2, axis=1))))))
     return found
 
 
-def align_to(image: np.ndarray, shift: SceneShift) -> np.ndarray:
+def align_to(image: np.ndarray, shift: GlobalImageMotion) -> np.ndarray:
     """Returns an image as it would look without the motion of the scene; the border is repeated.
 
     Args:

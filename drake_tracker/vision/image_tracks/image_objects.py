@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.track_2d import ImageTrack
+from drake_tracker.vision.image_tracks.track_2d import Track2D
 
 RIVAL_SHARE = 0.5
 """A moving object of this share of the size of the one followed is a rival."""
@@ -30,18 +30,18 @@ class ImageObjects(FrozenState):
         leapt: stamp of the last image in which that happened [s].
     """
 
-    tracks: tuple[ImageTrack, ...] = ()
+    tracks: tuple[Track2D, ...] = ()
     targets: tuple[int, ...] = ()
     next_number: int = 1
     displacement: float = 0.0
     alert: int = 0
     rivals: int = 0
     switches: int = 0
-    lost: tuple[ImageTrack | None, ...] = ()
+    lost: tuple[Track2D | None, ...] = ()
     leaps: int = 0
     leapt: float = -np.inf
 
-    def target(self, place: int = 0) -> ImageTrack | None:
+    def target(self, place: int = 0) -> Track2D | None:
         """Returns the track of one of the targets, or None."""
         number = self.targets[place] if place < len(self.targets) else 0
         return next((track for track in self.tracks if track.number == number), None)
@@ -67,7 +67,7 @@ def target_centroid(objects: ImageObjects | None, place: int, stamp: float) -> n
     return np.array([stamp, *track.place, float(track.moving), 1.0])
 
 
-def count_rivals(tracks: Sequence[ImageTrack], targets: Sequence[int]) -> int:
+def count_rivals(tracks: Sequence[Track2D], targets: Sequence[int]) -> int:
     """Returns the number of confirmed objects that are no targets and about as large as the first target.
 
     Args:

@@ -9,12 +9,12 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Centroid, message_size
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.image_tracks.image_objects import target_centroid, target_number
 
 
 class ImageTargetsSystem(LeafSystem):
-    """Outputs the objects to report of a single camera one by one, as `ObjectPairsSystem` does for two cameras.
+    """Outputs the objects to report of a single camera one by one, as `StereoTracksSystem` does for two cameras.
 
     .. pydrake_system::
 
@@ -26,7 +26,7 @@ class ImageTargetsSystem(LeafSystem):
         - number_2
         - centroid_2
 
-    ``motion`` is the `MotionEnergy` of the whole image, from a `MotionCentroidSystem` with a tracker. It is read every
+    ``motion`` is the `DetectionMask` of the whole image, from a `MotionCentroidSystem` with a tracker. It is read every
     ``period`` at ``offset`` in an unrestricted update. At the instants at which that System is updated too, it is that
     of the cycle before: the outputs are then as late as those of the shortest delay line.
 
@@ -43,7 +43,7 @@ class ImageTargetsSystem(LeafSystem):
     def __init__(self, objects: int, *, period: float = VISION_PERIOD, offset: float = 0.0) -> None:
         super().__init__()
         self._motion = self.DeclareAbstractInputPort("motion", AbstractValue.Make(object()))
-        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), (0, 0))
+        nothing = DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), (0, 0))
         state = self.DeclareAbstractState(AbstractValue.Make(nothing))
         ticket = {self.abstract_state_ticket(state)}
         for place in range(objects):
@@ -60,9 +60,9 @@ class ImageTargetsSystem(LeafSystem):
         state.get_mutable_abstract_state(0).set_value(self._motion.Eval(context))
 
 
-def _pack_number(energy: MotionEnergy, place: int) -> np.ndarray:
+def _pack_number(energy: DetectionMask, place: int) -> np.ndarray:
     return np.array([float(target_number(energy.objects, place))])
 
 
-def _pack_centroid(energy: MotionEnergy, place: int) -> np.ndarray:
+def _pack_centroid(energy: DetectionMask, place: int) -> np.ndarray:
     return target_centroid(energy.objects, place, energy.stamp)

@@ -35,7 +35,7 @@ from drake_tracker.vision.image_tracks.reidentification import (
     without_region,
 )
 from drake_tracker.vision.image_tracks.track_2d import (
-    ImageTrack,
+    Track2D,
     TrackState,
     predict_track,
     remember_scene,
@@ -148,13 +148,13 @@ class ImageTracker:
 
     def _match(
         self,
-        tracks: list[ImageTrack],
+        tracks: list[Track2D],
         regions: list[ImageRegion],
         image: np.ndarray,
         objects: ImageObjects,
         displacement: float,
         reach: float,
-    ) -> tuple[list[ImageTrack], list[ImageRegion]]:
+    ) -> tuple[list[Track2D], list[ImageRegion]]:
         """Returns (tracks after the regions of an image, regions that belong to none of them)."""
         before = {track.number: track for track in objects.tracks}
         gates = []
@@ -249,9 +249,7 @@ class ImageTracker:
             leapt=leapt,
         )
 
-    def _candidate(
-        self, place: int, free: list[ImageTrack], old: ImageTrack | None, image: np.ndarray
-    ) -> ImageTrack | None:
+    def _candidate(self, place: int, free: list[Track2D], old: Track2D | None, image: np.ndarray) -> Track2D | None:
         """Returns the track to give a free place in the list of targets, or None."""
         if place == 0 and self.follow is not None:
             if old is None:

@@ -18,7 +18,7 @@ from drake_tracker.vision.image_tracks.track_2d import (
     POSITION_ERROR,
     SIZE_CHANGE,
     SPEED_CHANGE,
-    ImageTrack,
+    Track2D,
 )
 
 START_SPEED = 10.0
@@ -63,7 +63,7 @@ def start_motion(p_WQ: np.ndarray, size: float, stamp: float) -> ObjectMotion:
 
 
 def predict_motion(motion: ObjectMotion, stamp: float) -> ObjectMotion:
-    """Returns a motion at a later time [s]: the velocity changes as that of an `ImageTrack` does."""
+    """Returns a motion at a later time [s]: the velocity changes as that of an `Track2D` does."""
     dt, one = max(stamp - motion.stamp, 0.0), np.eye(3)
     F = np.block([[one, dt * one], [0.0 * one, one]])
     q = (SPEED_CHANGE * float(np.linalg.norm(motion.mean[3:])) + SIZE_CHANGE * motion.size) ** 2
@@ -72,7 +72,7 @@ def predict_motion(motion: ObjectMotion, stamp: float) -> ObjectMotion:
     return replace(motion, stamp=stamp, mean=read_only(F @ motion.mean), covariance=read_only(covariance))
 
 
-def ray_to(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray, error: float) -> ObjectRay:
+def ray_to(track: Track2D, camera: CameraModel, p_WQ: np.ndarray, error: float) -> ObjectRay:
     """Returns the ray to the object of a track.
 
     Args:

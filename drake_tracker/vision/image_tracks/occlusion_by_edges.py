@@ -14,7 +14,7 @@ import numpy as np
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
-from drake_tracker.vision.image_tracks.track_2d import SURE_SIZE, ImageTrack
+from drake_tracker.vision.image_tracks.track_2d import SURE_SIZE, Track2D
 
 LEAST_STEP = 6.0
 """Motion of an edge from which on it is compared with the opposite one [px]."""
@@ -47,7 +47,7 @@ class EdgeMotion(FrozenState):
     part: bool = False
     free: bool = False
 
-    def after(self, track: ImageTrack) -> "EdgeMotion":
+    def after(self, track: Track2D) -> "EdgeMotion":
         """Returns the edges after an image.
 
         Args:
@@ -68,7 +68,7 @@ class EdgeMotion(FrozenState):
         stands = _stands(edges, places)
         return EdgeMotion(stamps, edges, places, self.part if stands is None else stands, stands is False)
 
-    def shows_part(self, track: ImageTrack) -> bool:
+    def shows_part(self, track: Track2D) -> bool:
         """Returns whether an image shows only a part of the object, or finds it beside its region.
 
         Args:
@@ -103,7 +103,7 @@ def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> I
     return replace(view, tracks=tuple(tracks))
 
 
-def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> Mapping[int, EdgeMotion]:
+def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, Track2D] | None) -> Mapping[int, EdgeMotion]:
     """Returns the edges of the regions of all tracks after an image, those before where the image is missing.
 
     Args:
@@ -115,7 +115,7 @@ def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrac
     return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
 
 
-def _has_size(track: ImageTrack, region: ImageRegion) -> bool:
+def _has_size(track: Track2D, region: ImageRegion) -> bool:
     """Returns whether a region has the width and the height of an object, and therefore shows no other one with it."""
     return all(
         1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in (region.width / track.width, region.height / track.height)

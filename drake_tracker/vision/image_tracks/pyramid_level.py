@@ -9,7 +9,7 @@ import numpy as np
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
-from drake_tracker.vision.image_tracks.track_2d import ImageTrack
+from drake_tracker.vision.image_tracks.track_2d import Track2D
 from drake_tracker.vision.region_centroid import RegionCentroid
 
 Number = TypeVar("Number", float, np.ndarray)
@@ -67,7 +67,7 @@ def enlarged(objects: ImageObjects, factor: int) -> ImageObjects:
     )
 
 
-def _enlarged_track(track: ImageTrack, factor: int) -> ImageTrack:
+def _enlarged_track(track: Track2D, factor: int) -> Track2D:
     mean = factor * track.mean
     mean[:2] = _place(track.mean[:2], factor)
     return replace(

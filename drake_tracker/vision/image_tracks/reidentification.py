@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_tracker.vision.image_tracks.image_patch import SAME, SURE, find_patch, is_scene
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
-from drake_tracker.vision.image_tracks.track_2d import ImageTrack, TrackState
+from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState
 from drake_tracker.vision.image_tracks.track_2d import measure as measure_track
 
 CONFIRM_AFTER = 4
@@ -25,7 +25,7 @@ STOOD = 0.25
 """An object that stood has not moved on while it is within this share of its size."""
 
 
-def without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bool) -> ImageTrack:
+def without_region(track: Track2D, image: np.ndarray, gate: float, inside: bool) -> Track2D:
     """Returns a predicted track that has no region of its own: its object stands, or is merged with another.
 
     One that is merged may be hidden by the other, and is then expected to go on as before.
@@ -48,7 +48,7 @@ def without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bo
     return replace(measured, state=state, unlike=unlike)
 
 
-def left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) -> bool:
+def left_its_place(track: Track2D, region: ImageRegion, image: np.ndarray) -> bool:
     """Returns whether the motion where an object stood shows that it is gone, or covered by another."""
     moved = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
     if not track.slow or track.hits < CONFIRM_AFTER or moved > STOOD * track.size:
@@ -56,7 +56,7 @@ def left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) ->
     return find_patch(track.patch, track.centre, track.mean[:2], image, STOOD * track.size)[2] < SURE
 
 
-def found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) -> ImageTrack | None:
+def found_again(hidden: Track2D, free: Sequence[Track2D], early: float) -> Track2D | None:
     """Returns the new track that shows a hidden object, which has moved on in another way than expected, or None.
 
     Args:
@@ -72,9 +72,7 @@ def found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) ->
     return min(alike, key=lambda track: float(np.hypot(*(track.mean - hidden.mean)[:2])), default=None)
 
 
-def without_doubles(
-    before: Sequence[ImageTrack], after: Sequence[ImageTrack], targets: Sequence[int]
-) -> list[ImageTrack]:
+def without_doubles(before: Sequence[Track2D], after: Sequence[Track2D], targets: Sequence[int]) -> list[Track2D]:
     """Returns tracks without those of an object that has another one.
 
     This is so if it was found again and they began while it was hidden, or if they move along with it at its place.
@@ -86,7 +84,7 @@ def without_doubles(
     """
     hidden = {track.number: track.seen for track in before if track.state == TrackState.HIDDEN}
     again = [track for track in after if track.number in hidden and track.seen == track.stamp]
-    kept: list[ImageTrack] = []
+    kept: list[Track2D] = []
     for track in sorted(after, key=lambda track: (track.number not in targets, track.number)):
         began_meanwhile = any(
             track.since > hidden[found.number] and distance_from(found, track.mean[:2]) < 0.5 * track.size
@@ -99,7 +97,7 @@ def without_doubles(
     return sorted(kept, key=lambda track: track.number)
 
 
-def in_company(track: ImageTrack, others: Sequence[ImageTrack]) -> bool:
+def in_company(track: Track2D, others: Sequence[Track2D]) -> bool:
     """Returns whether another confirmed object is near an object.
 
     Args:
@@ -113,7 +111,7 @@ def in_company(track: ImageTrack, others: Sequence[ImageTrack]) -> bool:
     )
 
 
-def _move_together(track: ImageTrack, other: ImageTrack) -> bool:
+def _move_together(track: Track2D, other: Track2D) -> bool:
     """Returns whether two tracks that are seen are at the same place, and move alike."""
     if min(track.hits, other.hits) < CONFIRM_AFTER or track.seen < track.stamp or other.seen < other.stamp:
         return False
@@ -122,13 +120,13 @@ def _move_together(track: ImageTrack, other: ImageTrack) -> bool:
     return bool(np.hypot(*apart[:2]) < near and np.hypot(*apart[2:]) * TOGETHER_TIME < near)
 
 
-def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
+def is_leap(hidden: Track2D, found: Track2D) -> bool:
     """Returns whether a hidden object was found again farther away than it can have moved."""
     reach = 2.0 * (hidden.size + max(hidden.speed, found.speed) * (found.stamp - hidden.seen))
     return bool(np.hypot(*(found.mean[:2] - hidden.place)) > reach)
 
 
-def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
+def is_same_object(old: Track2D, track: Track2D) -> bool:
     """Returns whether a new track shows an object that was lost: by its size, and by its patch.
 
     The patch of an object that was lost before it was confirmed may show where it was: then only the size counts, its
@@ -146,13 +144,13 @@ def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
     return bool(abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0 and score > 0.4)
 
 
-def distance_from(track: ImageTrack, point: tuple[float, float] | np.ndarray) -> float:
+def distance_from(track: Track2D, point: tuple[float, float] | np.ndarray) -> float:
     """Returns the distance of a pixel from the rectangle round an object [px]."""
     aside = np.maximum(np.abs(track.mean[:2] - point) - 0.5 * np.array([track.width, track.height]), 0.0)
     return float(np.hypot(*aside))
 
 
-def may_be_fast(tracks: Sequence[ImageTrack], reach: float) -> bool:
+def may_be_fast(tracks: Sequence[Track2D], reach: float) -> bool:
     """Returns whether an object may move by a good part of its size between images, or is not seen where it was.
 
     Args:

@@ -8,11 +8,11 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.vision.image_tracks.epipolar_association import FORGOTTEN, Link
+from drake_tracker.vision.image_tracks.epipolar_association import FORGOTTEN, TrackLink
 from drake_tracker.vision.image_tracks.object_motion import ObjectMotion, ObjectRay, ray_to, surprise, with_rays
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.track_2d import LIKE, ImageTrack, TrackState
+from drake_tracker.vision.image_tracks.track_2d import LIKE, Track2D, TrackState
 from drake_tracker.vision.silhouettes.stereo_geometry import GATE
 
 LEAST_GAP = 1.0 / 16.0
@@ -24,7 +24,7 @@ _STANDS_ALONE = (TrackState.STANDING, TrackState.MOVING)
 
 
 @dataclass(frozen=True, eq=False)
-class ObjectPair(FrozenState):
+class StereoTrack(FrozenState):
     """An object, and its tracks in both cameras.
 
     Attributes:
@@ -53,7 +53,7 @@ class ObjectPair(FrozenState):
     doubt: float = 0.0
     again: bool = False
 
-    def ray(self, track: ImageTrack, camera: CameraModel, max_gap: float) -> ObjectRay:
+    def ray(self, track: Track2D, camera: CameraModel, max_gap: float) -> ObjectRay:
         """Returns the ray to a track in the image of a camera, with the error that the gaps between its rays suggest.
 
         Args:
@@ -65,14 +65,14 @@ class ObjectPair(FrozenState):
 
 
 def measure_pair(
-    pair: ObjectPair,
-    link: Link | None,
-    shown: Sequence[Mapping[int, ImageTrack]],
+    pair: StereoTrack,
+    link: TrackLink | None,
+    shown: Sequence[Mapping[int, Track2D]],
     edges: Sequence[Mapping[int, EdgeMotion]],
     cameras: Sequence[CameraModel],
     max_gap: float,
     stamp: float,
-) -> ObjectPair:
+) -> StereoTrack:
     """Returns a pair with its point, if both images show all of it and the gap is not unusually large.
 
     An object that stands in one image and moves in the other is hidden where it stands, which is where it was seen
@@ -116,12 +116,12 @@ def measure_pair(
 
 
 def _along(
-    pair: ObjectPair,
-    seen: Sequence[ImageTrack | None],
+    pair: StereoTrack,
+    seen: Sequence[Track2D | None],
     hidden: Sequence[bool],
     cameras: Sequence[CameraModel],
     max_gap: float,
-) -> ObjectPair:
+) -> StereoTrack:
     """Returns a pair followed along the only ray to all of it, if there is one and it is not far from it.
 
     A track that was not seen for a while may show another object now: this is the pair's doubt.

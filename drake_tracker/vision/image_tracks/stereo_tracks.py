@@ -13,14 +13,14 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.vision.image_tracks.epipolar_association import Link, find_links, link_cost, metres_across
+from drake_tracker.vision.image_tracks.epipolar_association import TrackLink, find_links, link_cost, metres_across
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects, count_rivals
 from drake_tracker.vision.image_tracks.image_tracker import COAST_TIME, assign
 from drake_tracker.vision.image_tracks.object_motion import predict_motion, start_motion, surprise
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion, follow_edges, with_whole_regions
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.stereo_track import ObjectPair, measure_pair
-from drake_tracker.vision.image_tracks.track_2d import ImageTrack, TrackState
+from drake_tracker.vision.image_tracks.stereo_track import StereoTrack, measure_pair
+from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
@@ -34,7 +34,7 @@ _FORBIDDEN = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class PairedObjects(FrozenState):
+class StereoTracks(FrozenState):
     """What is known of the objects in the images of two cameras.
 
     Attributes:
@@ -43,7 +43,7 @@ class PairedObjects(FrozenState):
             numbers. None where an image is missing.
         pairs: all pairs.
         places: numbers of the objects to report, 0 where there has been none; that of a lost one stays.
-        links: {(number in the left camera, in the right one): `Link`}.
+        links: {(number in the left camera, in the right one): `TrackLink`}.
         edges: {number: `EdgeMotion`} of the left and of the right camera's tracks.
         next_number: of the next new pair.
         switches: number of times that a place was given to another object.
@@ -51,19 +51,19 @@ class PairedObjects(FrozenState):
 
     stamp: float = 0.0
     views: tuple[ImageObjects | None, ImageObjects | None] = (None, None)
-    pairs: tuple[ObjectPair, ...] = ()
+    pairs: tuple[StereoTrack, ...] = ()
     places: tuple[int, ...] = ()
-    links: Mapping[tuple[int, int], Link] = field(default_factory=dict)
+    links: Mapping[tuple[int, int], TrackLink] = field(default_factory=dict)
     edges: tuple[Mapping[int, EdgeMotion], Mapping[int, EdgeMotion]] = field(default_factory=lambda: ({}, {}))
     next_number: int = 1
     switches: int = 0
 
-    def pair(self, place: int) -> ObjectPair | None:
+    def pair(self, place: int) -> StereoTrack | None:
         """Returns the pair of a place, or None."""
         return next((pair for pair in self.pairs if pair.number == self.places[place]), None)
 
 
-class ObjectPairing:
+class StereoTracker:
     """Finds the pairs. All state is with the caller.
 
     Args:
@@ -88,13 +88,13 @@ class ObjectPairing:
         self._cameras, self._max_gap = (cameras[0], cameras[1]), max_gap
         self._stamp_tolerance, self._follow = stamp_tolerance, follow
 
-    def start(self) -> PairedObjects:
+    def start(self) -> StereoTracks:
         """Returns the state before the first images."""
-        return PairedObjects(places=(0,) * self.objects)
+        return StereoTracks(places=(0,) * self.objects)
 
     def update(
-        self, known: PairedObjects, stamps: Sequence[float], views: Sequence[ImageObjects | None]
-    ) -> PairedObjects:
+        self, known: StereoTracks, stamps: Sequence[float], views: Sequence[ImageObjects | None]
+    ) -> StereoTracks:
         """Returns the state after two images.
 
         Args:
@@ -127,7 +127,7 @@ class ObjectPairing:
 
     @staticmethod
     def _joined(
-        pairs: Sequence[ObjectPair], links: Mapping[tuple[int, int], Link], parts: Sequence[set[int]]
+        pairs: Sequence[StereoTrack], links: Mapping[tuple[int, int], TrackLink], parts: Sequence[set[int]]
     ) -> list[tuple[int, int]]:
         """Returns the tracks that show one object each: the assignment of the least total cost.
 
@@ -151,12 +151,12 @@ class ObjectPairing:
 
     def _identified(
         self,
-        known: PairedObjects,
+        known: StereoTracks,
         joined: Sequence[tuple[int, int]],
-        links: Mapping[tuple[int, int], Link],
-        found: Sequence[Mapping[int, ImageTrack] | None],
+        links: Mapping[tuple[int, int], TrackLink],
+        found: Sequence[Mapping[int, Track2D] | None],
         stamp: float,
-    ) -> tuple[list[ObjectPair], int]:
+    ) -> tuple[list[StereoTrack], int]:
         """Returns (the pairs after two images, number of the next new one).
 
         An object that has lost its track in one camera keeps its number by the other one. Where the tracks of two
@@ -194,15 +194,15 @@ class ObjectPairing:
         return sorted(pairs, key=lambda pair: pair.number), number
 
     def _begun(
-        self, number: int, tracks: tuple[int, int], link: Link, left: Mapping[int, ImageTrack] | None, stamp: float
-    ) -> ObjectPair:
+        self, number: int, tracks: tuple[int, int], link: TrackLink, left: Mapping[int, Track2D] | None, stamp: float
+    ) -> StereoTrack:
         """Returns the pair of an object that is new; its size is that in the left image."""
         track = (left or {}).get(tracks[0])
         size = self._max_gap if track is None else metres_across(track, self._cameras[0], link.p_WQ)
-        return ObjectPair(number, tracks, link.p_WQ, start_motion(link.p_WQ, size, stamp), usual=link.error)
+        return StereoTrack(number, tracks, link.p_WQ, start_motion(link.p_WQ, size, stamp), usual=link.error)
 
     def _surprise(
-        self, pair: ObjectPair, tracks: tuple[int, int], found: Sequence[Mapping[int, ImageTrack] | None]
+        self, pair: StereoTrack, tracks: tuple[int, int], found: Sequence[Mapping[int, Track2D] | None]
     ) -> float:
         """Returns how unlikely it is that two tracks show the object of a pair, 0 at best."""
         rays = [
@@ -214,19 +214,19 @@ class ObjectPairing:
 
     def _choose(
         self,
-        paired: PairedObjects,
+        paired: StereoTracks,
         views: Sequence[ImageObjects | None],
-        found: Sequence[Mapping[int, ImageTrack] | None],
-    ) -> PairedObjects:
+        found: Sequence[Mapping[int, Track2D] | None],
+    ) -> StereoTracks:
         """Returns the pairs with their places: a free place is for the largest object that has none.
 
         An object that only one camera has seen for `COAST_TIME` gives up its place to one that both see.
         """
 
-        def pixels(pair: ObjectPair) -> float:
+        def pixels(pair: StereoTrack) -> float:
             return sum(each[number].pixel_count for each, number in zip(found, pair.tracks) if each and number in each)
 
-        def recent(pair: ObjectPair) -> bool:
+        def recent(pair: StereoTrack) -> bool:
             return paired.stamp - pair.met <= COAST_TIME
 
         waiting = [pair for pair in paired.pairs if pair.number not in paired.places and recent(pair)]
@@ -248,17 +248,17 @@ class ObjectPairing:
         return replace(paired, places=tuple(places), switches=switches)
 
 
-def _confirmed(view: ImageObjects | None) -> Mapping[int, ImageTrack] | None:
+def _confirmed(view: ImageObjects | None) -> Mapping[int, Track2D] | None:
     """Returns {number: track} of the objects in an image that were seen often enough, None without an image."""
     return None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
 
 
-def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> set[int]:
+def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, Track2D] | None) -> set[int]:
     """Returns the numbers of the tracks that show only a part of an object."""
     return {number for number, track in (tracks or {}).items() if edges[number].shows_part(track)}
 
 
-def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
+def _renumbered(paired: StereoTracks, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
     """Returns the objects in one image with the numbers of their pairs.
 
     Before there is any pair, the first one to report is that of the camera alone. An object that the image shows only

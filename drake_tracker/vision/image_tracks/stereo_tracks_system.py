@@ -10,15 +10,15 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.image_tracks.image_objects import target_centroid
-from drake_tracker.vision.image_tracks.stereo_tracks import ObjectPairing, PairedObjects
+from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker, StereoTracks
 
 
-class ObjectPairsSystem(LeafSystem):
+class StereoTracksSystem(LeafSystem):
     """Pairs the objects of two cameras, and measures several of them.
 
     .. pydrake_system::
 
-        name: ObjectPairsSystem
+        name: StereoTracksSystem
         input_ports:
         - motion_left
         - motion_right
@@ -29,23 +29,23 @@ class ObjectPairsSystem(LeafSystem):
         - centroid_left_1
         - centroid_right_1
 
-    ``motion_*`` are the `MotionEnergy` of the whole image of each camera, from a `MotionCentroidSystem` with a
+    ``motion_*`` are the `DetectionMask` of the whole image of each camera, from a `MotionCentroidSystem` with a
     tracker. They are read every ``period`` at ``offset`` in an unrestricted update. At the instants at which that
     System is updated too, they are those of the cycle before: the outputs are then as late as those of the shortest
     delay line.
 
-    ``objects`` is a `PairedObjects`. There are the other outputs for each place, ``_1``, ``_2`` and so on: ``point_1``
+    ``objects`` is a `StereoTracks`. There are the other outputs for each place, ``_1``, ``_2`` and so on: ``point_1``
     is a `TrackPoint` of the first object in W [m], invalid while not both cameras see it. ``number_1`` is its identity,
     0 without one. ``centroid_*_1`` is the `Centroid` [px] of the object in each image. Before there is any pair, the
     first ones are those of the first target of each camera. All are zeros before the first images.
 
     Args:
-        pairing: an `ObjectPairing`.
+        pairing: an `StereoTracker`.
         period: of the update [s].
         offset: of the update [s].
     """
 
-    def __init__(self, pairing: ObjectPairing, *, period: float = VISION_PERIOD, offset: float = 0.0) -> None:
+    def __init__(self, pairing: StereoTracker, *, period: float = VISION_PERIOD, offset: float = 0.0) -> None:
         super().__init__()
         self._pairing = pairing
         self._motion = [self.DeclareAbstractInputPort(f"motion_{side}", AbstractValue.Make(object())) for side in SIDES]
@@ -65,8 +65,8 @@ class ObjectPairsSystem(LeafSystem):
                 self.DeclareVectorOutputPort(f"{name}_{place + 1}", size, calc, ticket)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _paired(self, context: Context) -> PairedObjects:
-        paired: PairedObjects = context.get_abstract_state(0).get_value()
+    def _paired(self, context: Context) -> StereoTracks:
+        paired: StereoTracks = context.get_abstract_state(0).get_value()
         return paired
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
@@ -81,7 +81,7 @@ class ObjectPairsSystem(LeafSystem):
         state.get_mutable_abstract_state(0).set_value(paired)
 
 
-def pack_point(paired: PairedObjects, place: int) -> np.ndarray:
+def pack_point(paired: StereoTracks, place: int) -> np.ndarray:
     """Returns the `TrackPoint` vector of a place; the gap is 0 where the rays do not meet."""
     pair = paired.pair(place)
     if pair is None:
@@ -90,13 +90,13 @@ def pack_point(paired: PairedObjects, place: int) -> np.ndarray:
     return np.array([paired.stamp, *(pair.p_WQ if valid else np.zeros(3)), pair.gap, float(valid)])
 
 
-def pack_number(paired: PairedObjects, place: int) -> np.ndarray:
+def pack_number(paired: StereoTracks, place: int) -> np.ndarray:
     """Returns the number of the object of a place, shape (1,), 0 without one."""
     pair = paired.pair(place)
     return np.array([0.0 if pair is None else float(pair.number)])
 
 
-def pack_centroid(paired: PairedObjects, place: int, side: int) -> np.ndarray:
+def pack_centroid(paired: StereoTracks, place: int, side: int) -> np.ndarray:
     """Returns the `Centroid` vector of a place in the left (0) or the right image (1)."""
     return target_centroid(paired.views[side], place, paired.stamp)
 

@@ -56,7 +56,7 @@ class TrackState(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ImageTrack(FrozenState):
+class Track2D(FrozenState):
     """The track of one object; all arrays are read-only.
 
     Attributes:
@@ -187,7 +187,7 @@ class ImageTrack(FrozenState):
         return 1.0 / LIKE < ratio < LIKE
 
 
-def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarray) -> ImageTrack:
+def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarray) -> Track2D:
     """Returns the track of an object that was seen for the first time.
 
     Args:
@@ -198,7 +198,7 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
     """
     patch, centre = cut_patch(image, region)
     spread = np.diag([1.0, 1.0, 900.0, 900.0]) * (POSITION_ERROR * region.extent + PIXEL_ERROR) ** 2
-    return ImageTrack(
+    return Track2D(
         number=number,
         stamp=stamp,
         mean=read_only(np.array([region.u, region.v, 0.0, 0.0])),
@@ -219,7 +219,7 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
     )
 
 
-def remember_scene(track: ImageTrack, image: np.ndarray, displacement: float) -> ImageTrack:
+def remember_scene(track: Track2D, image: np.ndarray, displacement: float) -> Track2D:
     """Returns a track with the image among its scenes, if it is seen in it; without scenes when the camera moves.
 
     Args:
@@ -234,7 +234,7 @@ def remember_scene(track: ImageTrack, image: np.ndarray, displacement: float) ->
     return replace(track, scenes=with_scene(track.scenes, image, track.place, track.size))
 
 
-def predict_track(track: ImageTrack, stamp: float) -> ImageTrack:
+def predict_track(track: Track2D, stamp: float) -> Track2D:
     """Returns a track at a later time [s]; until it has two points, its velocity is unknown."""
     dt = stamp - track.stamp
     F = np.array([[1.0, 0.0, dt, 0.0], [0.0, 1.0, 0.0, dt], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -245,7 +245,7 @@ def predict_track(track: ImageTrack, stamp: float) -> ImageTrack:
     return replace(track, stamp=stamp, mean=read_only(F @ track.mean), covariance=read_only(covariance))
 
 
-def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageTrack:
+def measure(track: Track2D, u: float, v: float, extra: float = 0.0) -> Track2D:
     """Returns a predicted track after a measurement of its position.
 
     A measurement that is farther away than the filter expects, and was accepted all the same, shows a change of the
@@ -287,8 +287,8 @@ def _inverse(P: np.ndarray, r: float) -> np.ndarray:
 
 
 def with_region(
-    track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0, company: bool = False
-) -> ImageTrack:
+    track: Track2D, region: ImageRegion, image: np.ndarray, extra: float = 0.0, company: bool = False
+) -> Track2D:
     """Returns a predicted track after the region that shows its object alone.
 
     While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
@@ -296,7 +296,7 @@ def with_region(
 
     Args:
         track: predicted for the time of the image.
-        region: of the object, see `ImageTrack.alone`.
+        region: of the object, see `Track2D.alone`.
         image: grey uint8 (h, w).
         extra: see `measure`.
         company: whether the region may show another object near it.

@@ -32,7 +32,7 @@ covers it already; and that the region goes on beside it. The last one finds the
 _BESIDE, _ERASED = np.ones((3, 3), np.uint8), np.ones((3, 3), np.uint8)
 
 
-class Candidate(NamedTuple):
+class PartCandidate(NamedTuple):
     """What may be a part.
 
     Attributes:
@@ -73,7 +73,7 @@ class PartSearch:
             for camera, window in zip(cameras, windows)
         ]
 
-    def candidates(self, masks: Sequence[np.ndarray], unseen: Sequence[np.ndarray]) -> list[Candidate]:
+    def candidates(self, masks: Sequence[np.ndarray], unseen: Sequence[np.ndarray]) -> list[PartCandidate]:
         """Returns what may be new parts, those that touch each other one after the other.
 
         Args:
@@ -88,7 +88,7 @@ class PartSearch:
             return []
         hidden = cv2.bitwise_or(*(self._plane(each, m, 255) for each, m in zip(unseen, self._maps)))
         hidden = cv2.dilate(cv2.threshold(hidden, 0, 1, cv2.THRESH_BINARY)[1], _BESIDE)
-        found: list[Candidate] = []
+        found: list[PartCandidate] = []
         for k in large:
             region = np.where(labels == k, np.uint8(1), np.uint8(0))
             found += self._covering(region, hidden, stats[k, :4], least)
@@ -102,7 +102,7 @@ class PartSearch:
         """Returns an image as the plane would look, uint8 (rows, columns)."""
         return cv2.remap(image, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=outside)
 
-    def _covering(self, region: np.ndarray, hidden: np.ndarray, box: np.ndarray, least: float) -> list[Candidate]:
+    def _covering(self, region: np.ndarray, hidden: np.ndarray, box: np.ndarray, least: float) -> list[PartCandidate]:
         """Returns the parts that cover a region.
 
         Args:
@@ -119,7 +119,7 @@ class PartSearch:
         left = cv2.copyMakeBorder(region, *(margin,) * 4, cv2.BORDER_CONSTANT)[near].astype(np.float32)
         cut = cv2.copyMakeBorder(hidden, *(margin,) * 4, cv2.BORDER_CONSTANT, value=1)[near]
         whole = left.copy()
-        found: list[Candidate] = []
+        found: list[PartCandidate] = []
         while left.sum() * CELL**2 >= least and len(found) < MOST_PARTS:
             best: dict[PartKind, tuple[float, float, tuple[int, int], np.ndarray]] = {}
             worth = left - OUTSIDE * (1.0 - whole) - TAKEN * (whole - left)
@@ -142,7 +142,7 @@ class PartSearch:
                 poses[each] = PartPose(each, float(place[0]), float(place[1]), yaw)
             around = slice(v, v + template.shape[0]), slice(u, u + template.shape[1])
             if not (cut[around] * template).any():
-                found.append(Candidate(poses, kind))
+                found.append(PartCandidate(poses, kind))
             covered = cv2.dilate(template, _ERASED)
             left[around][covered > 0] = 0.0
         return found

@@ -16,7 +16,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.vision.config import BeltParts
 from drake_tracker.vision.parts.part_fit import PartFit, SeenWindow, fit_part, soften
-from drake_tracker.vision.parts.part_search import Candidate, PartSearch
+from drake_tracker.vision.parts.part_search import PartCandidate, PartSearch
 from drake_tracker.vision.parts.part_silhouette import PartPose, PartSilhouette, Patch
 from drake_tracker.vision.parts.part_track import PartTrack
 
@@ -235,7 +235,7 @@ class PartTracker:
         new = [track for track in found if not track.clear and not _is_near(track.pose, clear + unclear)]
         return clear + unclear + new
 
-    def _begun(self, candidate: Candidate, stamp: float, windows: Sequence[SeenWindow]) -> PartTrack | None:
+    def _begun(self, candidate: PartCandidate, stamp: float, windows: Sequence[SeenWindow]) -> PartTrack | None:
         """Returns the track of a candidate, None when too little of it is seen."""
         rivals: dict[PartKind, PartFit] = {}
         for kind, pose in candidate.poses.items():

@@ -18,7 +18,7 @@ from drake_tracker.vision.parts.part_search import PartSearch
 from drake_tracker.vision.parts.part_silhouette import PartSilhouette
 from drake_tracker.vision.parts.part_tracker import PartTracker
 from drake_tracker.vision.parts.part_vision_system import PartVisionSystem
-from drake_tracker.vision.region_of_interest import Window, window_around
+from drake_tracker.vision.region_of_interest import RegionOfInterest, region_around
 
 
 class PartVisionDiagram(Diagram):
@@ -129,7 +129,7 @@ class PartVisionDiagram(Diagram):
         builder.BuildInto(self)
 
 
-def belt_window(camera: CameraModel, belt: np.ndarray, belt_height: float) -> Window:
+def belt_window(camera: CameraModel, belt: np.ndarray, belt_height: float) -> RegionOfInterest:
     """Returns the window through which a camera sees a piece of belt.
 
     Args:
@@ -141,4 +141,4 @@ def belt_window(camera: CameraModel, belt: np.ndarray, belt_height: float) -> Wi
     """
     (x0, y0), (x1, y1) = np.asarray(belt, dtype=float)
     corners = [[x, y, belt_height] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
-    return window_around(camera, corners)
+    return region_around(camera, corners)

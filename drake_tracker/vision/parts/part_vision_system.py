@@ -15,7 +15,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, PartTracks, Regions, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.parts.belt_surface import BeltLook, BeltSurface
 from drake_tracker.vision.parts.part_messages import pack_part_regions, pack_part_tracks, pack_parts, reported
 from drake_tracker.vision.parts.part_track import PartTrack
@@ -64,7 +64,7 @@ class PartVisionSystem(LeafSystem):
     unconnected. ``parts`` is a `PartTracks` of the newest images, without any lag. The other outputs serve pictures
     and video: ``tracks``, a `TrackPoints`; ``regions_*``, `Regions` with a rectangle around each part that is seen;
     ``centroid_*``, a `Centroid` with the stamp only; and ``motion_*``, what stands out from the belt, as a
-    `MotionEnergy`. All vectors are zeros before the first images.
+    `DetectionMask`. All vectors are zeros before the first images.
 
     Args:
         surfaces: {side: `BeltSurface`}.
@@ -165,11 +165,11 @@ class PartVisionSystem(LeafSystem):
         messages = tuple(read_only(pack(tracker)) for pack in self._packers)
         state.get_mutable_abstract_state(0).set_value(PartVisionMemory(looks, tracker, messages))
 
-    def _motion(self, context: Context, k: int) -> MotionEnergy:
+    def _motion(self, context: Context, k: int) -> DetectionMask:
         memory = self._memory(context)
         if not memory.looks:
             return self._no_motion(k)
-        return MotionEnergy(memory.tracker.stamp, memory.looks[k].mask, self._offsets[k])
+        return DetectionMask(memory.tracker.stamp, memory.looks[k].mask, self._offsets[k])
 
-    def _no_motion(self, k: int) -> MotionEnergy:
-        return MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._offsets[k])
+    def _no_motion(self, k: int) -> DetectionMask:
+        return DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), self._offsets[k])

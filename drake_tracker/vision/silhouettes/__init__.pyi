@@ -1,6 +1,6 @@
 from .background_model import Background as Background
 from .background_model import BackgroundModel as BackgroundModel
-from .background_subtraction_system import ForegroundSystem as ForegroundSystem
+from .background_subtraction_system import BackgroundSubtractionSystem as BackgroundSubtractionSystem
 from .foreground import Foreground as Foreground
 from .object_shape import ObjectShape as ObjectShape
 from .regions import Region as Region
@@ -18,9 +18,9 @@ from .target_config import Nearest as Nearest
 from .target_config import Selected as Selected
 from .target_kinds import TARGETS as TARGETS
 from .track_3d import Measurement as Measurement
-from .track_3d import ObjectTrack as ObjectTrack
+from .track_3d import Track3D as Track3D
 from .track_3d import TrackState as TrackState
 from .tracker import Tracker as Tracker
 from .tracker import TrackerState as TrackerState
 from .tracker_system import TrackerSystem as TrackerSystem
-from .validation_gate import ObjectWindow as ObjectWindow
+from .validation_gate import ValidationGate as ValidationGate

@@ -13,8 +13,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
-from drake_tracker.vision.camera_motion import Reason, Verdict
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.camera_motion import UnusableReason, Verdict
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.config import CameraMotion
 from drake_tracker.vision.silhouettes.background_model import Background, BackgroundModel
 from drake_tracker.vision.silhouettes.foreground import Foreground
@@ -26,7 +26,7 @@ LONGEST_DARK = 60
 
 @dataclass(frozen=True, eq=False)
 class _Memory(FrozenState):
-    """The state of a `ForegroundSystem`.
+    """The state of a `BackgroundSubtractionSystem`.
 
     Attributes:
         background: of the model, None before the first image.
@@ -43,12 +43,12 @@ class _Memory(FrozenState):
     newest: Foreground | None = None
 
 
-class ForegroundSystem(LeafSystem):
+class BackgroundSubtractionSystem(LeafSystem):
     """Segments the images of one camera, and passes the result on after the lag of the pipeline.
 
     .. pydrake_system::
 
-        name: ForegroundSystem
+        name: BackgroundSubtractionSystem
         input_ports:
         - color_image
         - hidden
@@ -62,7 +62,7 @@ class ForegroundSystem(LeafSystem):
     silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None, and ``displacement`` is
     by how much the hand is displaced in it, shape (2,) [px]; both may stay unconnected. ``foreground`` is the
     `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each None while there is none.
-    ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
+    ``motion_energy`` is the newest silhouette as a `DetectionMask`, for pictures.
 
     With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no
     result.
@@ -103,7 +103,7 @@ class ForegroundSystem(LeafSystem):
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(None, self._alignment.start(), 0, ())))
         ticket = {self.abstract_state_ticket(self._memory)}
-        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
+        nothing = DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
 
         def port(name: str, calc: Any, value: Any) -> None:
             self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(value), calc, ticket)
@@ -153,7 +153,7 @@ class ForegroundSystem(LeafSystem):
         else:
             difference = self._model.difference(background, image)
             alignment, seen = self._alignment.update(alignment, background, image, difference, hidden)
-            usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is Reason.LIGHT
+            usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is UnusableReason.LIGHT
             if usable:
                 unseen = hidden if seen.missing is None else seen.missing
                 if hidden is not None and seen.missing is not None:
@@ -193,6 +193,6 @@ class ForegroundSystem(LeafSystem):
     def _calc_motion_energy(self, context: Context, output: AbstractValue) -> None:
         newest = context.get_abstract_state(self._memory).get_value().newest
         if newest is None:
-            output.set_value(MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset))
+            output.set_value(DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset))
         else:
-            output.set_value(MotionEnergy(newest.stamp, newest.mask, self._image_offset))
+            output.set_value(DetectionMask(newest.stamp, newest.mask, self._image_offset))

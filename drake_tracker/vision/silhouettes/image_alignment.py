@@ -14,7 +14,7 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_motion import (
     CameraMotionDetector,
     CameraMotionState,
-    Reason,
+    UnusableReason,
     Verdict,
     align,
     edge_tolerance,
@@ -73,7 +73,7 @@ class AlignedImage(NamedTuple):
     tolerance: np.ndarray | None
     verdict: Verdict
     displacement: float
-    reason: Reason = Reason.NONE
+    reason: UnusableReason = UnusableReason.NONE
 
 
 class ImageAlignment:

@@ -8,7 +8,7 @@ import numpy as np
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, ObjectTrack, TrackState
+from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, Track3D, TrackState
 
 RECENTLY, NEARBY = 1.0, 0.3
 """Time since two objects were merged [s], and distance between them [m], up to which their identities are checked."""
@@ -19,8 +19,8 @@ CLEAR_COLOUR = 60.0
 
 
 def learn_look(
-    track: ObjectTrack, cameras: Sequence[CameraModel], regions: Sequence[Region | None], p_WQ: np.ndarray
-) -> ObjectTrack:
+    track: Track3D, cameras: Sequence[CameraModel], regions: Sequence[Region | None], p_WQ: np.ndarray
+) -> Track3D:
     """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
     stereo = track.stereo
     weight = max(COLOUR_WEIGHT, 1.0 / (stereo + 1))
@@ -68,7 +68,7 @@ def learn_look(
     )
 
 
-def relearning(track: ObjectTrack, tracks: Sequence[ObjectTrack]) -> ObjectTrack:
+def relearning(track: Track3D, tracks: Sequence[Track3D]) -> Track3D:
     """Returns a track, whose size is learned anew if its silhouettes are too large for long without another object.
 
     Such an object was only seen in part when its size was learned.
@@ -79,7 +79,7 @@ def relearning(track: ObjectTrack, tracks: Sequence[ObjectTrack]) -> ObjectTrack
     return track if any(near) else replace(track, shape=replace(track.shape, count=0), alone=track.stamp)
 
 
-def recognised(tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+def recognised(tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]) -> list[Track3D]:
     """Returns the tracks, with the identities of two exchanged whose colours say so when they have just separated.
 
     While the silhouettes of two objects are merged in both images, positions do not always tell which is which.
@@ -101,6 +101,6 @@ def recognised(tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]])
     return tracks
 
 
-def is_alone(track: ObjectTrack, found: Sequence[Sequence[Region]]) -> bool:
+def is_alone(track: Track3D, found: Sequence[Sequence[Region]]) -> bool:
     """Returns whether a track is measured in both images with silhouettes that show its object only."""
     return min(track.places) >= 0 and all(found[side][place].whole for side, place in enumerate(track.places))

@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.silhouette_heading import polygon_slant
-from drake_tracker.vision.silhouettes.silhouettes import FRAGMENT_PIXELS, Silhouettes
+from drake_tracker.vision.silhouettes.silhouettes import FRAGMENT_PIXELS, ImageSilhouettes
 from drake_tracker.vision.silhouettes.split_silhouettes import Part, divide
 
 BESIDE = np.ones((7, 7), np.uint8)
@@ -86,7 +86,7 @@ class Region(NamedTuple):
         return np.array([self.width, self.height])
 
 
-def make_regions(silhouettes: Silhouettes, places: Mapping[int, np.ndarray], colours: bool = True) -> list[Region]:
+def make_regions(silhouettes: ImageSilhouettes, places: Mapping[int, np.ndarray], colours: bool = True) -> list[Region]:
     """Returns the regions of one image: first those in windows, in their order, then the others, largest first.
 
     Args:
@@ -136,7 +136,7 @@ def _touches(mask: np.ndarray | None, pixels: np.ndarray, box: tuple[slice, slic
     return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(mask, BESIDE)[box])) > 0
 
 
-def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: bool) -> Region | None:
+def _region(part: Part, silhouettes: ImageSilhouettes, number: int | None, colours: bool) -> Region | None:
     """Returns the region of a part of a silhouette, None without pixels.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.vision.silhouettes.foreground import Foreground
-from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow
+from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
@@ -39,7 +39,7 @@ class Silhouette(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Silhouettes:
+class ImageSilhouettes:
     """The silhouettes of one image.
 
     Attributes:
@@ -54,7 +54,7 @@ class Silhouettes:
     """
 
     foreground: Foreground
-    windows: Sequence[ObjectWindow]
+    windows: Sequence[ValidationGate]
     box: tuple[slice, slice]
     expected: Sequence[Silhouette]
     others: Sequence[np.ndarray]
@@ -70,7 +70,9 @@ class Silhouettes:
         return read_only(np.array([u0 + columns.start, v0 + rows.start], float))
 
 
-def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (), min_pixels: int = 25) -> Silhouettes:
+def find_silhouettes(
+    foreground: Foreground, windows: Sequence[ValidationGate] = (), min_pixels: int = 25
+) -> ImageSilhouettes:
     """Returns the silhouettes of one image.
 
     Args:
@@ -82,7 +84,7 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
     u0, v0, width, height = cv2.boundingRect(foreground.mask)
     box = slice(v0, v0 + height), slice(u0, u0 + width)
     if width == 0:
-        return Silhouettes(foreground, windows, box, (), (), frozenset(), covered, frozenset())
+        return ImageSilhouettes(foreground, windows, box, (), (), frozenset(), covered, frozenset())
     count, labels, statistics, _ = cv2.connectedComponentsWithStats(foreground.mask[box], connectivity=8)
     offset = np.array([u0 + foreground.image_offset[0], v0 + foreground.image_offset[1]], float)
     areas = statistics[:, cv2.CC_STAT_AREA].tolist()
@@ -112,10 +114,10 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
         expected.append(Silhouette(whole, tuple(sorted(group))))
         if foreground.border is not None and cv2.countNonZero(cv2.bitwise_and(whole, foreground.border[box])):
             beyond |= {number for number in group if windows[number].sized}
-    return Silhouettes(foreground, windows, box, expected, others, apart, covered | beyond, frozenset(beyond))
+    return ImageSilhouettes(foreground, windows, box, expected, others, apart, covered | beyond, frozenset(beyond))
 
 
-def _covered(foreground: Foreground, windows: Sequence[ObjectWindow]) -> frozenset[int]:
+def _covered(foreground: Foreground, windows: Sequence[ValidationGate]) -> frozenset[int]:
     """Returns the places in ``windows`` of those of which the arm covers more than `COVERED`."""
     if foreground.hidden is None:
         return frozenset()
@@ -145,7 +147,7 @@ def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
         labels.update(label for other in more for label in claims[other])
 
 
-def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ObjectWindow]) -> list[int]:
+def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ValidationGate]) -> list[int]:
     """Returns the places in ``windows`` of those that claim a fragment, from its row of component statistics."""
     left, top, width, height, pixels = statistics.tolist()
     u0, v0 = offset.tolist()
@@ -161,7 +163,7 @@ def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[Ob
     return found
 
 
-def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, window: ObjectWindow) -> list[int]:
+def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, window: ValidationGate) -> list[int]:
     """Returns those fragments of a window that show its object: the nearest large one, and all small ones.
 
     A second large fragment is another object, whose silhouette has just come apart from that of the first.
@@ -175,7 +177,7 @@ def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, win
     return [label for label in mine if label == nearest or label not in large]
 
 
-def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) -> float:
+def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ValidationGate) -> float:
     """Returns the share of a window that a mask covers.
 
     Args:

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.silhouettes.outline_fit import ImageView, box_outline, fit_outlines, own_shares
-from drake_tracker.vision.silhouettes.silhouettes import Silhouette, Silhouettes
-from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow
+from drake_tracker.vision.silhouettes.silhouettes import ImageSilhouettes, Silhouette
+from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 
 OWN_SHARE = 0.2
 """An object of which a smaller share shows beside larger objects cannot be placed."""
@@ -35,7 +35,7 @@ class Part(NamedTuple):
     shared: bool = False
 
 
-def is_shared(silhouette: Silhouette, windows: Sequence[ObjectWindow]) -> bool:
+def is_shared(silhouette: Silhouette, windows: Sequence[ValidationGate]) -> bool:
     """Returns whether a silhouette shows several objects: those of its windows, or one that is too small for it."""
     if len(silhouette.members) != 1:
         return len(silhouette.members) > 1
@@ -47,7 +47,7 @@ def is_shared(silhouette: Silhouette, windows: Sequence[ObjectWindow]) -> bool:
     return width > OVERSIZE * expected_width + 4.0 or height > OVERSIZE * expected_height + 4.0
 
 
-def place_objects(images: Sequence[Silhouettes], covariances: Sequence[np.ndarray]) -> list[dict[int, np.ndarray]]:
+def place_objects(images: Sequence[ImageSilhouettes], covariances: Sequence[np.ndarray]) -> list[dict[int, np.ndarray]]:
     """Returns where objects stand that share a silhouette or are covered by the arm in any of the images.
 
     The objects are placed so that their outlines cover the silhouettes of all images together as well as possible.
@@ -69,7 +69,7 @@ def place_objects(images: Sequence[Silhouettes], covariances: Sequence[np.ndarra
     return places
 
 
-def divide(image: Silhouettes, silhouette: Silhouette, places: Mapping[int, np.ndarray]) -> list[tuple[int, Part]]:
+def divide(image: ImageSilhouettes, silhouette: Silhouette, places: Mapping[int, np.ndarray]) -> list[tuple[int, Part]]:
     """Returns the parts of a silhouette that belong to its objects, with their places in the list of windows.
 
     Each object takes the pixels that are nearest to it. One that hardly shows beside larger ones, or stands behind a
@@ -93,7 +93,7 @@ def divide(image: Silhouettes, silhouette: Silhouette, places: Mapping[int, np.n
     return [(k, Part(mine, places[k], shared=True)) for (k, _), mine in zip(seen, pixels)]
 
 
-def _groups(images: Sequence[Silhouettes]) -> list[set[int]]:
+def _groups(images: Sequence[ImageSilhouettes]) -> list[set[int]]:
     """Returns the groups of objects that must be placed together: they share silhouettes, directly or through others.
 
     An object of which a part is covered is placed too, with those that share its silhouette.
@@ -110,7 +110,7 @@ def _groups(images: Sequence[Silhouettes]) -> list[set[int]]:
     return groups
 
 
-def _view_of(image: Silhouettes, members: Sequence[int]) -> tuple[ImageView, np.ndarray]:
+def _view_of(image: ImageSilhouettes, members: Sequence[int]) -> tuple[ImageView, np.ndarray]:
     """Returns what an image shows of some objects, and full-frame coordinates of its top left pixel [px]."""
     mine = [each.pixels for each in image.expected if set(each.members) & set(members)]
     whole = np.bitwise_or.reduce(mine) if mine else np.zeros((1, 1), np.uint8)
@@ -135,7 +135,7 @@ def _view_of(image: Silhouettes, members: Sequence[int]) -> tuple[ImageView, np.
     return view, offset
 
 
-def _nearest(whole: np.ndarray, windows: Sequence[ObjectWindow], places: Sequence[np.ndarray]) -> list[np.ndarray]:
+def _nearest(whole: np.ndarray, windows: Sequence[ValidationGate], places: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Returns the pixels of a silhouette, uint8, that are nearest to each object, and not farther than `REACH`."""
     rows, columns = np.nonzero(whole)
     points = np.column_stack([columns, rows])
@@ -145,7 +145,7 @@ def _nearest(whole: np.ndarray, windows: Sequence[ObjectWindow], places: Sequenc
     return [_drawn(whole.shape, rows[mask], columns[mask]) for mask in masks]
 
 
-def _hides(front: ObjectWindow, back: ObjectWindow) -> bool:
+def _hides(front: ValidationGate, back: ValidationGate) -> bool:
     """Returns whether one object stands before the centre of another one."""
     if front is back or (front.depth, front.track) >= (back.depth, back.track):
         return False

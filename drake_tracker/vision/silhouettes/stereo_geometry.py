@@ -11,8 +11,8 @@ from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.vision.region_of_interest import check_box
 from drake_tracker.vision.silhouettes.object_shape import outline_area
 from drake_tracker.vision.silhouettes.regions import Region
-from drake_tracker.vision.silhouettes.track_3d import Measurement, ObjectTrack
-from drake_tracker.vision.silhouettes.validation_gate import UNCONFIRMED, ObjectWindow
+from drake_tracker.vision.silhouettes.track_3d import Measurement, Track3D
+from drake_tracker.vision.silhouettes.validation_gate import UNCONFIRMED, ValidationGate
 
 GATE = 16.0
 """Squared Mahalanobis distance up to which a region may belong to a track: 99.97 % in two dimensions."""
@@ -120,8 +120,8 @@ class StereoGeometry:
         return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
 
     def windows(
-        self, tracks: Sequence[ObjectTrack], side: int, offsets: Sequence[np.ndarray] | None = None
-    ) -> list[ObjectWindow]:
+        self, tracks: Sequence[Track3D], side: int, offsets: Sequence[np.ndarray] | None = None
+    ) -> list[ValidationGate]:
         """Returns the windows of all tracks in one image; a track behind the camera has none that can be reached.
 
         Args:
@@ -145,7 +145,7 @@ class StereoGeometry:
             pixels = track.shape.fill * outline_area(edges)
             depth = math.dist(track.position, camera.X_WC[:3, 3])
             number, shape = track.number or UNCONFIRMED, track.shape
-            windows.append(ObjectWindow(number, u, v, std, edges, pixels, depth, J, shape.settled, shape.sized))
+            windows.append(ValidationGate(number, u, v, std, edges, pixels, depth, J, shape.settled, shape.sized))
         return windows
 
     def contains(self, p_WQ: np.ndarray) -> bool:

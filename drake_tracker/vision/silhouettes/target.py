@@ -5,7 +5,7 @@ from enum import IntEnum
 from typing import Any, Protocol, runtime_checkable
 
 from drake_tracker.vision.silhouettes.target_kinds import TARGETS
-from drake_tracker.vision.silhouettes.track_3d import ObjectTrack, TrackState
+from drake_tracker.vision.silhouettes.track_3d import Track3D, TrackState
 
 
 class Reason(IntEnum):
@@ -49,7 +49,7 @@ class TargetRule(Protocol):
         """Why there is no target when the rule chooses none of the tracks."""
         ...
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns one of the tracks, or None when none fits.
 
         Args:
@@ -69,7 +69,7 @@ def make_target_rule(target: Any) -> TargetRule:
     return target if isinstance(target, TargetRule) else TARGETS.make(target)
 
 
-def choose_target(rule: TargetRule, tracks: Sequence[ObjectTrack], current: int, selected: int = 0) -> int:
+def choose_target(rule: TargetRule, tracks: Sequence[Track3D], current: int, selected: int = 0) -> int:
     """Returns the number of the track to follow, 0 when none fits.
 
     A target is kept while its track lives, unless the operator selects another one. Afterwards, the rule chooses.
@@ -90,7 +90,7 @@ def choose_target(rule: TargetRule, tracks: Sequence[ObjectTrack], current: int,
     return 0 if chosen is None else chosen.number
 
 
-def reason_of(track: ObjectTrack | None, any_tracks: bool, usable: bool, no_target: Reason = Reason.NO_MATCH) -> Reason:
+def reason_of(track: Track3D | None, any_tracks: bool, usable: bool, no_target: Reason = Reason.NO_MATCH) -> Reason:
     """Returns why there is no point of the target.
 
     Args:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.vision.silhouettes.target_config import (
     Coloured,
     First,
@@ -15,7 +15,7 @@ from drake_tracker.vision.silhouettes.target_config import (
 if TYPE_CHECKING:
     from drake_tracker.vision.silhouettes.target import TargetRule
 
-TARGETS: "Kinds[TargetRule]" = Kinds(
+TARGETS: "Registry[TargetRule]" = Registry(
     "target",
     {
         First: "drake_tracker.vision.silhouettes.target_rules:FirstRule",

@@ -12,7 +12,7 @@ from drake_tracker.vision.hue import hue, hue_distance
 from drake_tracker.vision.region_of_interest import check_box
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Inside, Nearest
-from drake_tracker.vision.silhouettes.track_3d import ObjectTrack
+from drake_tracker.vision.silhouettes.track_3d import Track3D
 
 
 class _Rule:
@@ -34,7 +34,7 @@ class _Rule:
 class FirstRule(_Rule):
     """Chooses the object that was seen first."""
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns the oldest track."""
         return tracks[0]
 
@@ -42,7 +42,7 @@ class FirstRule(_Rule):
 class LargestRule(_Rule):
     """Chooses the largest object."""
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns the track of the object with the largest volume."""
         return max(tracks, key=lambda track: float(np.prod(track.shape.dimensions)))
 
@@ -55,12 +55,12 @@ class NearestRule(_Rule):
         if np.shape(settings.point) != (3,) or not np.isfinite(settings.point).all():
             raise DrakeTrackerError(f"target: point is {settings.point!r}; it must be x, y, z in W [m]")
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns the track that is nearest to the point, None when it is not near enough."""
         nearest = min(tracks, key=self._distance)
         return nearest if self._distance(nearest) <= self.settings.within else None
 
-    def _distance(self, track: ObjectTrack) -> float:
+    def _distance(self, track: Track3D) -> float:
         return float(np.linalg.norm(track.position - self.settings.point))
 
 
@@ -71,11 +71,11 @@ class InsideRule(_Rule):
         super().__init__(settings)
         self._low, self._high = check_box(settings.box, "target: box")
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns the oldest track inside the box, None without one."""
         return next(filter(self._holds, tracks), None)
 
-    def _holds(self, track: ObjectTrack) -> bool:
+    def _holds(self, track: Track3D) -> bool:
         return bool((track.position >= self._low).all() and (track.position <= self._high).all())
 
 
@@ -88,12 +88,12 @@ class ColouredRule(_Rule):
             raise DrakeTrackerError(f"target: colour is {settings.colour!r}; it {COLOUR_RULE}")
         self._hue = hue((255.0 * rgb(settings.colour)).tolist())
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns the track of the most similar hue, None when it differs too much."""
         nearest = min(tracks, key=self._difference)
         return nearest if self._difference(nearest) <= self.settings.tolerance else None
 
-    def _difference(self, track: ObjectTrack) -> float:
+    def _difference(self, track: Track3D) -> float:
         return hue_distance(hue(track.colour), self._hue)
 
 
@@ -102,6 +102,6 @@ class SelectedRule(_Rule):
 
     reason = Reason.NOT_SELECTED
 
-    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+    def choose(self, tracks: Sequence[Track3D]) -> Track3D | None:
         """Returns None: an object becomes the target when the operator selects it (`choose_target`)."""
         return None

@@ -73,7 +73,7 @@ class Measurement(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ObjectTrack(FrozenState):
+class Track3D(FrozenState):
     """A track: a Kalman filter of constant speed and turn rate, and what its object looks like.
 
     The filter serves to find the object in the next image. Paths are predicted by the estimators.
@@ -134,7 +134,7 @@ class ObjectTrack(FrozenState):
         """Estimated speed [m/s]."""
         return float(np.linalg.norm(self.mean[3:]))
 
-    def predicted(self, stamp: float) -> "ObjectTrack":
+    def predicted(self, stamp: float) -> "Track3D":
         """Returns the track at a later stamp [s], without a measurement.
 
         An object that stands is expected where it stands.
@@ -161,7 +161,7 @@ class ObjectTrack(FrozenState):
             places=(-1, -1),
         )
 
-    def placed(self, p_WQ: np.ndarray, std: float) -> "ObjectTrack":
+    def placed(self, p_WQ: np.ndarray, std: float) -> "Track3D":
         """Returns the track with the position that its estimator predicts.
 
         Args:
@@ -174,7 +174,7 @@ class ObjectTrack(FrozenState):
         covariance[[0, 1, 2], [0, 1, 2]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
 
-    def with_velocity(self, v_WQ: np.ndarray, std: float) -> "ObjectTrack":
+    def with_velocity(self, v_WQ: np.ndarray, std: float) -> "Track3D":
         """Returns the track with a velocity, shape (3,), and its standard deviation per axis [m/s]."""
         mean, covariance = self.mean.copy(), self.covariance.copy()
         mean[3:] = v_WQ
@@ -182,14 +182,14 @@ class ObjectTrack(FrozenState):
         covariance[[3, 4, 5], [3, 4, 5]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
 
-    def without_point(self) -> "ObjectTrack":
+    def without_point(self) -> "Track3D":
         """Returns the track of an object that was found, but cannot yet be told apart from another one.
 
         It was last seen just before its stamp, so that nobody takes its position for a measurement.
         """
         return replace(self, state=TrackState.MERGED, measurement=None, seen=math.nextafter(self.stamp, -math.inf))
 
-    def as_object_of(self, other: "ObjectTrack") -> "ObjectTrack":
+    def as_object_of(self, other: "Track3D") -> "Track3D":
         """Returns the track with its place and motion, and with the identity and the look of another one's object."""
         return replace(
             self,
@@ -207,9 +207,7 @@ class ObjectTrack(FrozenState):
         S = self.covariance[:3, :3] + measurement.covariance
         return float(innovation @ np.linalg.solve(S, innovation))
 
-    def updated(
-        self, measurement: Measurement, shared: bool = False, places: tuple[int, int] = (-1, -1)
-    ) -> "ObjectTrack":
+    def updated(self, measurement: Measurement, shared: bool = False, places: tuple[int, int] = (-1, -1)) -> "Track3D":
         """Returns the track after a measurement of its stamp.
 
         The turn rate is not learned from merged silhouettes: it carries the track through the time in which they are.
@@ -217,7 +215,7 @@ class ObjectTrack(FrozenState):
         Args:
             measurement: the measurement.
             shared: whether a silhouette it comes from is merged with that of another object.
-            places: as in `ObjectTrack`.
+            places: as in `Track3D`.
         """
         P, R = self.covariance, measurement.covariance * (CORRELATED if shared else 1.0)
         gain = np.linalg.solve(P[:3, :3] + R, P[:3]).T
@@ -253,20 +251,20 @@ def _blocks(covariance: np.ndarray) -> list[np.ndarray]:
 
 def new_track(
     stamp: float, measurement: Measurement, shape: ObjectShape, colour: tuple[float, float, float]
-) -> ObjectTrack:
+) -> Track3D:
     """Returns the unconfirmed track that begins with a measurement of a moving object. It gives no points at first.
 
     Args:
         stamp: of the measurement [s].
         measurement: the measurement.
-        shape: as in `ObjectTrack`.
-        colour: as in `ObjectTrack`.
+        shape: as in `Track3D`.
+        colour: as in `Track3D`.
     """
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = measurement.covariance
     covariance[3:, 3:] = START_SPEED**2 * np.eye(3)
     mean = np.concatenate([measurement.p_WQ, np.zeros(3)])
-    return ObjectTrack(
+    return Track3D(
         number=0,
         stamp=stamp,
         mean=read_only(mean),

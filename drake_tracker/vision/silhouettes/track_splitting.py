@@ -12,7 +12,7 @@ from drake_tracker.vision.silhouettes.object_appearance import is_alone
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.stereo_geometry import HEIGHT_STD, StereoGeometry, projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import Measurement, ObjectTrack, new_track
+from drake_tracker.vision.silhouettes.track_3d import Measurement, Track3D, new_track
 
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
@@ -29,7 +29,7 @@ ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
 """Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
 
 
-class Separation:
+class TrackSplitting:
     """Begins tracks of objects that had none because they were merged with another one.
 
     Args:
@@ -49,8 +49,8 @@ class Separation:
         return moves and not region.track and not region.covered and not region.cut
 
     def merged_in_one_image(
-        self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
-    ) -> tuple[list[ObjectTrack], list[ObjectTrack]]:
+        self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]
+    ) -> tuple[list[Track3D], list[Track3D]]:
         """Returns the tracks, and new ones of objects that one image shows apart, and the other merged with a track's.
 
         The places of both objects follow from the image that shows them apart, and from the height at which the middle
@@ -100,8 +100,8 @@ class Separation:
         return height
 
     def come_apart(
-        self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
-    ) -> tuple[list[ObjectTrack], list[ObjectTrack]]:
+        self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]
+    ) -> tuple[list[Track3D], list[Track3D]]:
         """Returns the tracks, and new ones of objects whose silhouettes came apart from that of a track in one image.
 
         While two objects were merged in both images, they were one track. From the image in which they are apart, and
@@ -140,7 +140,7 @@ class Separation:
             kept.append(track)
         return kept, new
 
-    def joined(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+    def joined(self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]) -> list[Track3D]:
         """Returns the tracks, with one instead of two that turned out to follow pieces of a single object.
 
         At the start only the moving edges of an object may be known, and each piece of its outline begins a track. When
@@ -159,7 +159,7 @@ class Separation:
                 result = [whole if track is one else track for track in result if track is not other]
         return result
 
-    def in_a_row(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+    def in_a_row(self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]) -> list[Track3D]:
         """Returns the tracks, with several instead of each one that is longer than an object can be.
 
         Objects whose silhouettes are merged in both images from the start look like a single long one. They are guessed
@@ -186,14 +186,14 @@ class Separation:
         return result
 
     def _rough(
-        self, track: ObjectTrack, p_WQ: np.ndarray, shape: ObjectShape, colour: tuple[float, float, float]
-    ) -> ObjectTrack:
+        self, track: Track3D, p_WQ: np.ndarray, shape: ObjectShape, colour: tuple[float, float, float]
+    ) -> Track3D:
         """Returns a new track of an object that was found near another one, and moves like it."""
         measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
         begun = new_track(track.stamp, measurement, shape, colour)
         return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD).without_point()
 
-    def _on_height(self, track: ObjectTrack, camera: CameraModel, region: Region, height: float) -> ObjectTrack:
+    def _on_height(self, track: Track3D, camera: CameraModel, region: Region, height: float) -> Track3D:
         """Returns a new track of a region in one image, at a height [m], with the velocity of another track."""
         origin, (direction,) = camera.rays([[region.u, region.v]])
         p_WQ = origin + (height - origin[2]) / direction[2] * direction
@@ -201,6 +201,6 @@ class Separation:
         return self._rough(track, p_WQ, shape.turned(track.mean[3:]), region.colour)
 
 
-def _is_shared(track: ObjectTrack, found: Sequence[Sequence[Region]]) -> bool:
+def _is_shared(track: Track3D, found: Sequence[Sequence[Region]]) -> bool:
     """Returns whether a track shares its silhouettes in both images with others."""
     return min(track.places) >= 0 and all(found[side][place].shared for side, place in enumerate(track.places))

@@ -29,12 +29,12 @@ from drake_tracker.vision.silhouettes.stereo_geometry import GATE, StereoGeometr
 from drake_tracker.vision.silhouettes.track_3d import (
     STANDING_SPEED,
     Measurement,
-    ObjectTrack,
+    Track3D,
     TrackState,
     new_track,
 )
-from drake_tracker.vision.silhouettes.track_splitting import Separation
-from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow
+from drake_tracker.vision.silhouettes.track_splitting import TrackSplitting
+from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 
 HEIGHT_WEIGHT = 0.5
 """How much a height outside of the middle of the work volume counts against a pair of regions, relative to the gap."""
@@ -79,14 +79,14 @@ class TrackerState(FrozenState):
     """
 
     stamp: float = -np.inf
-    tracks: tuple[ObjectTrack, ...] = ()
+    tracks: tuple[Track3D, ...] = ()
     next_number: int = 1
     regions: tuple[tuple[Region, ...], tuple[Region, ...]] = ((), ())
     overflow: int = 0
     usable: bool = True
     cameras: tuple[tuple[Verdict, float], ...] = ((Verdict.STILL, 0.0), (Verdict.STILL, 0.0))
 
-    def confirmed(self) -> tuple[ObjectTrack, ...]:
+    def confirmed(self) -> tuple[Track3D, ...]:
         """Returns the tracks that have a number."""
         return tuple(track for track in self.tracks if track.number)
 
@@ -116,7 +116,7 @@ class Tracker:
         check_settings(settings, "tracker")
         self.settings = settings
         self._geometry = StereoGeometry(cameras, work_volume=work_volume, margin=margin, max_gap=max_gap)
-        self._separation = Separation(self._geometry, settings.max_length, settings.min_pixels)
+        self._separation = TrackSplitting(self._geometry, settings.max_length, settings.min_pixels)
 
     def update(
         self,
@@ -174,7 +174,7 @@ class Tracker:
             stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow, True, cameras
         )
 
-    def _predict(self, track: ObjectTrack, stamp: float, expected: Expected | None) -> ObjectTrack:
+    def _predict(self, track: Track3D, stamp: float, expected: Expected | None) -> Track3D:
         """Returns a track at the stamp of the images, in a gap where its estimator expects it.
 
         An object that was out of view for long has turned since: it is expected with the heading of its estimator.
@@ -189,7 +189,7 @@ class Tracker:
         return track
 
     def _assign(
-        self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]
+        self, tracks: Sequence[Track3D], windows: Sequence[ValidationGate], regions: Sequence[Region]
     ) -> list[int]:
         """Returns the region of each track in one image, -1 without one: the assignment of the least total distance."""
         places = [-1] * len(windows)
@@ -209,13 +209,13 @@ class Tracker:
 
     def _observe(
         self,
-        track: ObjectTrack,
+        track: Track3D,
         places: tuple[int, int],
         found: Sequence[Sequence[Region]],
         foregrounds: Sequence[Foreground],
-        windows: Sequence[ObjectWindow],
+        windows: Sequence[ValidationGate],
         offsets: np.ndarray,
-    ) -> ObjectTrack:
+    ) -> Track3D:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
         seen = places
         shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
@@ -242,9 +242,7 @@ class Tracker:
         state = TrackState.OUT_OF_VIEW if cut else unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
-    def _measured(
-        self, track: ObjectTrack, regions: Sequence[Region | None], offsets: np.ndarray
-    ) -> Measurement | None:
+    def _measured(self, track: Track3D, regions: Sequence[Region | None], offsets: np.ndarray) -> Measurement | None:
         """Returns the measurement of a track, None without one."""
         left, right = regions
         if left is not None and right is not None and left.whole and right.whole:
@@ -258,7 +256,7 @@ class Tracker:
             return None
         return measurement
 
-    def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+    def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[Track3D]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
         left, right = ([region for region in regions if self._separation.is_new(region)] for regions in found)
         if not left or not right:
@@ -280,10 +278,10 @@ class Tracker:
                 tracks.append(new_track(stamp, measured[i, j], shape, pair[0].colour))
         return tracks
 
-    def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
+    def _cleaned(self, tracks: Sequence[Track3D], foregrounds: Sequence[Foreground]) -> tuple[Track3D, ...]:
         """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
         settings = self.settings
-        kept: list[ObjectTrack] = []
+        kept: list[Track3D] = []
         for track in sorted(tracks, key=lambda each: (each.number == 0, each.number, -each.hits)):
             patience = settings.coast_time if track.number else 0.05
             if track.state == TrackState.OCCLUDED:
@@ -295,7 +293,7 @@ class Tracker:
             kept.append(track)
         return tuple(kept)
 
-    def _same_object(self, track: ObjectTrack, other: ObjectTrack) -> bool:
+    def _same_object(self, track: Track3D, other: Track3D) -> bool:
         """Returns whether two tracks lie on one object, in both images.
 
         Tracks of objects whose sizes are well known were apart for long: they pass each other.
@@ -312,7 +310,7 @@ class Tracker:
                 return False
         return True
 
-    def _confirm(self, tracks: Sequence[ObjectTrack], next_number: int) -> tuple[list[ObjectTrack], int]:
+    def _confirm(self, tracks: Sequence[Track3D], next_number: int) -> tuple[list[Track3D], int]:
         """Returns the tracks with numbers for those that have been seen often enough, and the next free number."""
         confirmed = []
         for track in tracks:
@@ -322,7 +320,7 @@ class Tracker:
         return confirmed, next_number
 
 
-def _shows(region: Region, track: ObjectTrack) -> bool:
+def _shows(region: Region, track: Track3D) -> bool:
     """Returns whether a region shows enough of a track's object to locate it.
 
     That a camera has turned away hides an unknown part. What the arm covers is known, and so is the size of the object.
@@ -341,7 +339,7 @@ def _inside(regions: Sequence[Region | None]) -> list[Region | None]:
     return list(regions)
 
 
-def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:
+def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ValidationGate]) -> TrackState:
     """Returns why an object has no measurement.
 
     Args:

@@ -27,7 +27,7 @@ from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.target import Reason, choose_target, make_target_rule, reason_of
-from drake_tracker.vision.silhouettes.track_3d import ObjectTrack
+from drake_tracker.vision.silhouettes.track_3d import Track3D
 from drake_tracker.vision.silhouettes.tracker import Expected, Tracker, TrackerState
 
 
@@ -224,5 +224,5 @@ def pack_centroid(state: TrackerState, target: int, side: int) -> np.ndarray:
     return centroid
 
 
-def _track_of(state: TrackerState, number: int) -> ObjectTrack | None:
+def _track_of(state: TrackerState, number: int) -> Track3D | None:
     return next((track for track in state.confirmed() if track.number == number), None)

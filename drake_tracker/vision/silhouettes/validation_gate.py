@@ -11,7 +11,7 @@ UNCONFIRMED = -1
 
 
 @dataclass(frozen=True, eq=False)
-class ObjectWindow:
+class ValidationGate:
     """Where an object is expected in one image.
 
     Attributes:

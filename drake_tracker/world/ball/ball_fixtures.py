@@ -11,7 +11,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from drake_tracker.world.ball.ball_board import BALL_RADIUS, PEG_HEIGHT, PEG_RADIUS, START_Y
 from drake_tracker.world.ball.ball_board_visual import THICKNESS, WALL_HEIGHT, WALL_THICKNESS, add_board_visual
 from drake_tracker.world.config import BoardConfig
-from drake_tracker.world.prismatic_actuator import add_slide
+from drake_tracker.world.prismatic_actuator import add_prismatic_actuator
 
 TABLE_HEIGHT = 0.45
 """Height of the top of the table that carries the board [m]."""
@@ -92,7 +92,7 @@ def add_board(
             plant.RegisterCollisionGeometry(body, X_BWall, wall, name, PEG.properties())
     add_board_visual(plant, body=body, board=board, X_WB=X_WB, pegs=pegs, table_height=TABLE_HEIGHT)
     if loose:
-        add_slide(
+        add_prismatic_actuator(
             plant,
             name="board_slide",
             instance=instance,
@@ -123,7 +123,7 @@ def add_gate(plant: MultibodyPlant, *, board_body: RigidBody, start_x: float) ->
     plant.RegisterCollisionGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "bar", WOOD.properties())
     plant.RegisterVisualGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "look", np.array([0.85, 0.85, 0.83, 1.0]))
     X_BG = RigidTransform([start_x, START_Y - BALL_RADIUS - 0.5 * GATE_SIZE[1], 0.5 * GATE_SIZE[2] + 0.001])
-    add_slide(
+    add_prismatic_actuator(
         plant,
         name="gate_slide",
         instance=instance,
@@ -150,7 +150,7 @@ def add_distractor(plant: MultibodyPlant) -> ModelInstanceIndex:
         box, RigidTransform(), Box(*DISTRACTOR_SIZE), "look", np.array([0.05, 0.05, 0.06, 1.0])
     )
     X_WG = RigidTransform([*DISTRACTOR_PLACE, TABLE_HEIGHT + 0.5 * DISTRACTOR_SIZE[2] + 0.001])
-    add_slide(
+    add_prismatic_actuator(
         plant,
         name="distractor_slide",
         instance=instance,

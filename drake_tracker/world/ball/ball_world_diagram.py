@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import BALL_TIME_STEP
-from drake_tracker.faults.fault import Fault, View
+from drake_tracker.faults.fault import Fault, FaultyView
 from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.world.ball.ball_board import face_corners
 from drake_tracker.world.ball.ball_camera import NAME, draw_camera_pose
@@ -171,7 +171,7 @@ class BallWorldDiagram(Diagram):
                 image_port=add_image_faults(
                     builder,
                     image_port=self.camera.image_port,
-                    view=View("both", true_camera_model(camera, self.camera.X_WC), self.camera.window),
+                    view=FaultyView("both", true_camera_model(camera, self.camera.X_WC), self.camera.window),
                     faults=faults,
                     latency=self.image_latency,
                     name=f"{NAME}_faults",

@@ -13,6 +13,6 @@ from .conveyor_world_diagram import ConveyorWorldDiagram as ConveyorWorldDiagram
 from .part_model import add_part as add_part
 from .pick_judge_system import PickJudgeSystem as PickJudgeSystem
 from .pick_judge_system import add_pick_judge as add_pick_judge
-from .sleeping_parts import PartHolder as PartHolder
+from .sleeping_parts import SleepingParts as SleepingParts
 from .tray import cell_at as cell_at
 from .tray import cell_centres as cell_centres

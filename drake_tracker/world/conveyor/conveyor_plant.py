@@ -20,7 +20,7 @@ from drake_tracker.world.conveyor.belt_visual import add_belt_visual
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.conveyor.tray import SIDES, cell_centres
-from drake_tracker.world.prismatic_actuator import add_moving_body, add_slide
+from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
 from drake_tracker.world.train.plant import add_plant, add_table
 from drake_tracker.world.visual_mesh import add_visual_mesh, merge, prism, rectangle
 
@@ -171,7 +171,7 @@ def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> Rigid
     X_BSides = RigidTransform(X_BG.translation() - [0.0, 0.0, SUNK])
     plant.RegisterVisualGeometry(body, X_BSides, Box(*size), "sides", np.array(BELT_COLOUR))
     add_belt_visual(plant, body=body, width=belt.width, low=low, high=high)
-    add_slide(
+    add_prismatic_actuator(
         plant,
         name="belt",
         instance=instance,

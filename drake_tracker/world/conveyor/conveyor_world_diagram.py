@@ -16,7 +16,7 @@ from drake_tracker.world.conveyor.belt_system import add_belt_drive
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor.conveyor_plant import add_conveyor_laboratory
 from drake_tracker.world.conveyor.pick_judge_system import add_pick_judge
-from drake_tracker.world.conveyor.sleeping_parts import PartHolder, free_stretch
+from drake_tracker.world.conveyor.sleeping_parts import SleepingParts, free_stretch
 from drake_tracker.world.disturbance_system import add_scene_faults
 from drake_tracker.world.imaging.camera_system import close_cameras, start_cameras
 from drake_tracker.world.imaging.cameras import ImageWindow, true_camera_models
@@ -170,7 +170,7 @@ class ConveyorWorldDiagram(Diagram):
         builder.BuildInto(self)
         seen = {name: true_camera_models(cameras)[name] for name in self.cameras}
         stretch = free_stretch(belt, seen, windows)
-        self._holder = PartHolder(laboratory, self.arrivals, belt, self.motion, stretch)
+        self._holder = SleepingParts(laboratory, self.arrivals, belt, self.motion, stretch)
 
     def between_steps(self, root_context: Context) -> None:
         """Holds the parts that nothing can move; to be called between two steps, once per vision cycle.

@@ -2,7 +2,7 @@
 
 A part that is far upstream rides on the belt, one that has left it lies in a box, and one that rests in a cell sleeps
 until the hand comes near. Their joints are locked in the parameters of a Context, which no event of Drake may change.
-`PartHolder` therefore works between two steps of a simulation. All of its memory is in the Context.
+`SleepingParts` therefore works between two steps of a simulation. All of its memory is in the Context.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,7 +65,7 @@ def free_stretch(
     return float(first), float(last)
 
 
-class PartHolder:
+class SleepingParts:
     """Locks and frees the parts of a conveyor.
 
     - A part upstream of the free stretch rides at its place on the belt, `LIFT` above it. When it reaches the stretch,

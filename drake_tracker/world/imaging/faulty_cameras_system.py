@@ -6,7 +6,7 @@ from typing import Any
 
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.faults.fault import Fault, View
+from drake_tracker.faults.fault import Fault, FaultyView
 from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.world.config import CamerasConfig, LightingConfig, WristCamera
 from drake_tracker.world.imaging.camera_system import Camera, CameraOptics, add_cameras
@@ -62,7 +62,7 @@ def add_faulty_cameras(
     for name, camera in cameras.items():
         wrist = config.wrist if name == WRIST_CAMERA else None
         lens = wrist if isinstance(wrist, WristCamera) else config
-        view = View(name.removeprefix("camera_"), true_camera_model(lens, camera.X_WC), camera.window)
+        view = FaultyView(name.removeprefix("camera_"), true_camera_model(lens, camera.X_WC), camera.window)
         image_port = add_image_faults(
             builder,
             image_port=camera.image_port,

@@ -14,7 +14,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
 
 from drake_tracker.core.colour import rgb
-from drake_tracker.world.prismatic_actuator import add_slide
+from drake_tracker.world.prismatic_actuator import add_prismatic_actuator
 from drake_tracker.world.train.objects_config import Ball, Hand
 from drake_tracker.world.visual_mesh import FlatMesh, add_visual_mesh, merge, prism, rectangle
 
@@ -68,7 +68,7 @@ class DrivenObject:
         self.shape(plant, body)
         height, travel = self.place()
         heading = math.radians(self.settings.heading_deg)
-        add_slide(
+        add_prismatic_actuator(
             plant,
             name=f"{self.name}_slide",
             instance=instance,

@@ -2,13 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from drake_tracker.core.registry import Kinds
+from drake_tracker.core.registry import Registry
 from drake_tracker.world.train import objects_config
 
 if TYPE_CHECKING:
     from drake_tracker.world.scene_object import SceneObject
 
-OBJECTS: "Kinds[SceneObject]" = Kinds(
+OBJECTS: "Registry[SceneObject]" = Registry(
     "object",
     {
         objects_config.Train: "drake_tracker.world.train.other_train:OtherTrain",

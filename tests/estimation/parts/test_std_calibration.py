@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.parts.std_calibration import HORIZON, KEEP_EVERY, LIMITS, SHARE, Coverage
+from drake_tracker.estimation.parts.std_calibration import HORIZON, KEEP_EVERY, LIMITS, SHARE, StdCalibration
 
 
 def judged(true_std, claimed_std, count=4000, seed=0):
     """Repeated predictions of a position with a normally distributed error."""
     rng = np.random.default_rng(seed)
-    coverage, hits = Coverage(), []
+    coverage, hits = StdCalibration(), []
     for k in range(count):
         stamp = k * KEEP_EVERY
         error = true_std * rng.standard_normal()
@@ -32,7 +32,7 @@ def test_the_factor_stays_within_its_limits():
 
 
 def test_predictions_overdue_after_a_gap_are_dropped_without_judgement():
-    coverage = Coverage().keep(0.0, 0.0, 0.0, 1.0)
+    coverage = StdCalibration().keep(0.0, 0.0, 0.0, 1.0)
     late = coverage.judge(HORIZON + 2.0, 50.0, 0.0)
     assert late.kept == () and late.factor == 1.0
     assert coverage.forget().kept == ()

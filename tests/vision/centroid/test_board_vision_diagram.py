@@ -26,7 +26,7 @@ from drake_tracker.vision.centroid.background_difference import BackgroundDiffer
 from drake_tracker.vision.centroid.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.centroid.frame_difference import FrameDifferenceDetector
 from drake_tracker.vision.centroid.plane_projection import PlausiblePoints, board_window, camera_on_board
-from drake_tracker.vision.centroid.search_window import PredictedWindow
+from drake_tracker.vision.centroid.search_window import SearchWindow
 from drake_tracker.vision.config import BackgroundDifference, FrameDifference
 
 TIME_STEP = 1 / 600
@@ -177,7 +177,7 @@ def test_a_window_that_goes_with_the_ball_leaves_out_another_thing_that_moves():
     def errors(centroids):
         return [np.hypot(*(CAMERA.project(path(c.stamp))[0] - (c.u, c.v))) for c in centroids]
 
-    whole, followed = found(None), found(PredictedWindow())
+    whole, followed = found(None), found(SearchWindow())
     assert len(whole) == len(followed) >= 3
     assert max(errors(whole)) > 20.0
     assert max(errors(followed)) < 1.5

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.centroid.search_window import PredictedWindow
+from drake_tracker.vision.centroid.search_window import SearchWindow
 from drake_tracker.vision.region_centroid import RegionCentroid
 
-FOLLOW = PredictedWindow(radius=10.0, forget=0.2)
+FOLLOW = SearchWindow(radius=10.0, forget=0.2)
 TRACK = ((1.0, 20.0, 30.0), (1.1, 25.0, 38.0))
 
 
@@ -34,4 +34,4 @@ def test_the_last_two_centroids_are_remembered_until_they_are_old():
 
 def test_settings_out_of_range_are_refused():
     with pytest.raises(DrakeTrackerError, match="radius is 0"):
-        PredictedWindow(radius=0.0)
+        SearchWindow(radius=0.0)

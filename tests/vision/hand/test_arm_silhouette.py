@@ -7,7 +7,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.vision.hand.arm_silhouette import NEAREST, ArmSilhouette
-from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.train.tracks import make_track
@@ -97,7 +97,7 @@ class Scene:
     def __init__(self, elevation_deg):
         config = CamerasConfig(noise=0.0, elevation_deg=elevation_deg)
         self.cameras = true_camera_models(config)
-        self.windows = {name: project_window(self.cameras[name], WORK_VOLUME).bounds for name in CAMERA_NAMES}
+        self.windows = {name: project_region(self.cameras[name], WORK_VOLUME).bounds for name in CAMERA_NAMES}
         self.track = make_track("oval")
         self.world = WorldDiagram(
             description=PUMA560,

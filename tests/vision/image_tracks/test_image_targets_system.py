@@ -11,7 +11,7 @@ from pydrake.systems.primitives import ConstantValueSource
 
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Centroid, TrackPoint
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.centroid.pixel_point_system import PixelPointSystem
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects, target_centroid, target_number
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
@@ -52,7 +52,7 @@ def names(system):
 
 def test_the_numbers_and_centroids_are_those_of_the_targets():
     known = objects_at((20.0, 30.0), (50.25, 60.5))
-    ports = run(MotionEnergy(0.5, read_only(np.zeros((100, 100), np.uint8)), (0, 0), known))
+    ports = run(DetectionMask(0.5, read_only(np.zeros((100, 100), np.uint8)), (0, 0), known))
     assert list(ports) == ["number_1", "number_2", "centroid_2", "number_3", "centroid_3"]
     assert [ports[f"number_{k}"].item() for k in (1, 2, 3)] == [1.0, 2.0, 0.0]
     assert ports["centroid_2"].tolist() == [0.5, 50.25, 60.5, 40.0, 1.0]
@@ -66,7 +66,7 @@ def test_a_hidden_object_keeps_its_number_and_has_no_centroid():
 
 
 def test_a_missing_image_shows_no_object():
-    ports = run(MotionEnergy(0.5, read_only(np.zeros((1, 1), np.uint8)), (0, 0), None))
+    ports = run(DetectionMask(0.5, read_only(np.zeros((1, 1), np.uint8)), (0, 0), None))
     assert [ports[f"number_{k}"].item() for k in (1, 2, 3)] == [0.0, 0.0, 0.0]
     assert ports["centroid_2"].tolist() == [0.5, 0.0, 0.0, 0.0, 0.0]
 

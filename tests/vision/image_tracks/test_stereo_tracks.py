@@ -11,13 +11,13 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
 from drake_tracker.core.messages import Centroid, TrackPoint
-from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion, with_whole_regions
-from drake_tracker.vision.image_tracks.stereo_tracks import ObjectPairing
+from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker
 from drake_tracker.vision.image_tracks.stereo_tracks_system import (
-    ObjectPairsSystem,
+    StereoTracksSystem,
     pack_centroid,
     pack_number,
     pack_point,
@@ -51,7 +51,7 @@ def view(side, stamp, places, **options):
 
 def run(frames, objects=2, known=None, first=1, **options):
     """The state after images, each (places in the left one, places in the right one); None for a missing one."""
-    pairing = ObjectPairing(PAIR, objects, max_gap=0.03, stamp_tolerance=0.75 * PERIOD, **options)
+    pairing = StereoTracker(PAIR, objects, max_gap=0.03, stamp_tolerance=0.75 * PERIOD, **options)
     known = known or pairing.start()
     for k, places in enumerate(frames, start=first):
         views = [None if each is None else view(side, k * PERIOD, each) for side, each in enumerate(places)]
@@ -200,7 +200,7 @@ def test_a_missing_image_leaves_the_pairs_as_they_are():
 
 
 def test_images_of_different_instants_give_no_point():
-    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    pairing = StereoTracker(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
     known = run([({1: A}, {1: A})] * 6)
     stamps = [7 * PERIOD, 7.8 * PERIOD]
     known = pairing.update(known, stamps, [view(side, stamp, {1: A}) for side, stamp in enumerate(stamps)])
@@ -263,7 +263,7 @@ def test_a_region_that_moves_freely_shows_the_place_of_its_object():
     views = [view(side, stamp, {1: place}) for side in range(2)]
     beside = replace(views[0].tracks[0], place=views[0].tracks[0].place + [9.0, 0.0])
     views[0] = replace(views[0], tracks=(beside,))
-    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    pairing = StereoTracker(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
     after = pairing.update(known, [stamp] * 2, views)
     assert known.edges[0][1].free and after.pairs[0].met == stamp
     assert np.linalg.norm(after.pairs[0].p_WQ - place) < 1e-6
@@ -275,7 +275,7 @@ def test_a_region_that_moves_freely_shows_the_place_of_its_object():
 
 def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_there():
     before = run([({1: A}, {1: A})] * 6)
-    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    pairing = StereoTracker(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
     stamp = 7 * PERIOD
     views = [view(0, stamp, {1: A}, state=TrackState.STANDING), view(1, stamp, {1: A})]
     known = pairing.update(before, [stamp] * 2, views)
@@ -284,11 +284,11 @@ def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_the
 
 
 def test_the_system_has_ports_for_each_object_which_are_zeros_before_the_first_images():
-    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    pairing = StereoTracker(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
     builder = DiagramBuilder()
-    system = builder.AddSystem(ObjectPairsSystem(pairing, period=PERIOD))
+    system = builder.AddSystem(StereoTracksSystem(pairing, period=PERIOD))
     for side, name in enumerate(("left", "right")):
-        energy = MotionEnergy(0.1, np.zeros((2, 2), np.uint8), (0, 0), view(side, 0.1, {1: A}))
+        energy = DetectionMask(0.1, np.zeros((2, 2), np.uint8), (0, 0), view(side, 0.1, {1: A}))
         source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(energy)))
         builder.Connect(source.get_output_port(), system.GetInputPort(f"motion_{name}"))
     simulator = Simulator(builder.Build())

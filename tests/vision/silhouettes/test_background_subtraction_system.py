@@ -12,7 +12,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.silhouettes import image_alignment
 from drake_tracker.vision.silhouettes.background_model import BackgroundModel
-from drake_tracker.vision.silhouettes.background_subtraction_system import ForegroundSystem
+from drake_tracker.vision.silhouettes.background_subtraction_system import BackgroundSubtractionSystem
 from drake_tracker.vision.silhouettes.foreground import Foreground
 
 WIDTH, HEIGHT, OFFSET = 96, 64, (20, 7)
@@ -73,7 +73,7 @@ class Laboratory:
         builder = DiagramBuilder()
         film = builder.AddSystem(Film(image_latency, hidden_from))
         self.system = builder.AddSystem(
-            ForegroundSystem(
+            BackgroundSubtractionSystem(
                 BackgroundModel(), image_offset=OFFSET, own_stamps=own_stamps, image_latency=image_latency, **settings
             )
         )
@@ -199,7 +199,7 @@ def test_a_cloned_context_goes_on_in_the_same_way():
 
 def test_a_negative_delay_is_refused():
     with pytest.raises(DrakeTrackerError, match="delay_cycles is -1"):
-        ForegroundSystem(BackgroundModel(), delay_cycles=-1)
+        BackgroundSubtractionSystem(BackgroundModel(), delay_cycles=-1)
 
 
 def test_the_picture_stays_while_images_are_dropped():
@@ -216,7 +216,7 @@ def texture(seed):
 
 def last_of(images):
     """The foreground of the last of some images, from a system that has seen the others."""
-    system = ForegroundSystem(BackgroundModel())
+    system = BackgroundSubtractionSystem(BackgroundModel())
     memory = system.CreateDefaultContext().get_abstract_state(0).get_value()
     for number, image in enumerate(images):
         memory, found = system._segmented(memory, BackgroundModel().smooth(image), None, number / 60)

@@ -8,7 +8,7 @@ from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.regions import make_regions
 from drake_tracker.vision.silhouettes.silhouettes import covered_share, find_silhouettes
 from drake_tracker.vision.silhouettes.split_silhouettes import divide, place_objects
-from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow
+from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 
 WIDTH, HEIGHT = 200, 140
 OFFSET = (30, 12)
@@ -39,7 +39,7 @@ def window(track, centre, extents, std=1.0, form="rectangle", depth=1.8, settled
     edges = np.array([[extents[0], 0.0, 0.0], [0.0, extents[1], 0.0]])
     fill = 1.0 if form == "rectangle" else np.pi / 4.0
     pixels = fill * extents[0] * extents[1]
-    return ObjectWindow(track, *map(float, centre), std, edges, pixels, depth, np.eye(2), settled)
+    return ValidationGate(track, *map(float, centre), std, edges, pixels, depth, np.eye(2), settled)
 
 
 def expected(windows):

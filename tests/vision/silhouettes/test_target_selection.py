@@ -18,8 +18,8 @@ from drake_tracker.core.messages import (
     packet_target,
 )
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
+from drake_tracker.estimation.parts.turn_filter import TurnFilter
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.target import REASONS, Reason, choose_target, reason_of
@@ -114,7 +114,7 @@ def test_packets_say_which_track_they_are_about():
             row[:] = list(named.values())
         return vector
 
-    system = EstimatorBankSystem(CoordinatedTurnEstimator(), offset=0.0)
+    system = EstimatorBankSystem(TurnFilter(), offset=0.0)
     builder = DiagramBuilder()
     builder.AddSystem(system)
     builder.ExportInput(system.GetInputPort("tracks"), "tracks")

@@ -8,7 +8,7 @@ from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
-from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.train import world_diagram
@@ -143,7 +143,7 @@ def test_what_is_not_rendered_through_a_window_is_not_in_the_work_volume(world, 
     contexts = [held(each, q_initial)[1] for each in (world, complete)]
     for name, model in true_camera_models(CamerasConfig()).items():
         few, all_ = (each.GetOutputPort(name).Eval(context).data for each, context in zip((world, complete), contexts))
-        seen = project_window(model, [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]).mask(WINDOWS[name]) > 0
+        seen = project_region(model, [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]).mask(WINDOWS[name]) > 0
         assert seen.sum() > 3000
         difference = np.abs(few.astype(int) - all_)[seen].max(axis=1)
         # Where rails and sleepers coincide, the order in which they are drawn depends on what else is drawn.

@@ -22,7 +22,7 @@ from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import HAND, INK, PLOT_STYLE, SOFT_INK, phase_colour
 from drake_tracker.tasks.train.closing import Contact, contact_of
 from drake_tracker.tasks.train.episode import phase_spans
-from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, GraspInstant, Sight, grasp_instants
+from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, GraspInstant, InstantView, grasp_instants
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import tracks_several
 
@@ -96,7 +96,7 @@ def grasp_figure(scenario: TrainScenario, contact: Contact, instants: Sequence[G
     return figure
 
 
-def common_view(sights: Iterable[Sight]) -> tuple[float, float, float, float]:
+def common_view(sights: Iterable[InstantView]) -> tuple[float, float, float, float]:
     """Returns the square (left, right, bottom, top) [px] of a camera's image that shows what happens near the object.
 
     It contains the positions of the object in all sights. The hand, which comes from above, need not be in it.
@@ -114,7 +114,7 @@ def common_view(sights: Iterable[Sight]) -> tuple[float, float, float, float]:
     return u - half, u + half, v + half, v - half
 
 
-def _draw_sight(ax: Axes, sight: Sight, view: tuple[float, float, float, float], seen: bool) -> None:
+def _draw_sight(ax: Axes, sight: InstantView, view: tuple[float, float, float, float], seen: bool) -> None:
     """Draws a part of an image with its marks."""
     (u0, v0), (height, width, _) = sight.offset, sight.image.shape
     extent = (u0 - 0.5, u0 + width - 0.5, v0 + height - 0.5, v0 - 0.5)

@@ -29,7 +29,7 @@ _NOWHERE.flags.writeable = False
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class InstantView:
     """What one camera saw at an instant, and where the things that were known are in its image.
 
     Attributes:
@@ -69,7 +69,7 @@ class GraspInstant:
     phase: IntEnum
     seen: bool
     age: float
-    sights: Mapping[str, Sight]
+    sights: Mapping[str, InstantView]
 
 
 def grasp_instants(
@@ -102,7 +102,7 @@ def grasp_instants(
             outline = reported_outline(log, side, frame.time, target.number) if target is not None else np.zeros((0, 2))
             point = _project(camera, target.p_WQ[None])[0] if target is not None else centroid(log, side, frame.time)
             (at,) = _project(camera, p_WQ)
-            sights[side] = Sight(image, offsets[side], outline, point, at, _project(camera, pads))
+            sights[side] = InstantView(image, offsets[side], outline, point, at, _project(camera, pads))
             measured.append(np.isfinite(point).all() and (target is None or target.seen))
         instants.append(
             GraspInstant(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 
-class Background:
+class WorkerThread:
     """Calls a function with one item after the other in a thread of its own.
 
     `put` waits while ``capacity`` items are not yet done, so that memory is bounded. After an error of the function

@@ -2,12 +2,12 @@ import threading
 
 import pytest
 
-from drake_tracker.core.processes.background import Background
+from drake_tracker.core.processes.worker_thread import WorkerThread
 
 
 def test_everything_is_done_in_order():
     done = []
-    background = Background(done.append, 2)
+    background = WorkerThread(done.append, 2)
     for k in range(100):
         background.put(k)
     background.close()
@@ -22,7 +22,7 @@ def test_put_waits_while_too_much_is_waiting():
         go.wait(5.0)
         done.append(item)
 
-    background = Background(work, 2)
+    background = WorkerThread(work, 2)
     background.put(0)
     background.put(1)
     late = threading.Thread(target=background.put, args=(2,))
@@ -41,7 +41,7 @@ def test_an_error_is_raised_once_and_ends_the_work():
             raise OSError("full")
         assert item == 0
 
-    background = Background(work, 8)
+    background = WorkerThread(work, 8)
     background.put(0)
     background.put(1)
     with pytest.raises(OSError, match="full"):
