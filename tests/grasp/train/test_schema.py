@@ -74,7 +74,7 @@ def test_phases_that_share_a_motion_agree_on_it():
 
 
 def test_the_state_diagram_shows_every_phase_and_transition():
-    text = (Path(__file__).parents[2] / "docs" / "diagrams" / "arm_phases.dot").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "diagrams" / "arm_phases.dot").read_text(encoding="utf-8")
     drawn = re.findall(r'(\w+) -> (\w+) \[tooltip="(\w+)"', text)
     table = [
         (phase.name, after.name, name)
