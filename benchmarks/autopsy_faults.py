@@ -11,7 +11,7 @@ from drake_tracker.arm.motion import servo_system
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.report.failure_diagnosis.stages import Stage
 from drake_tracker.tasks.train import diagram as train
-from drake_tracker.tasks.train import vision_parts
+from drake_tracker.tasks.train import setup, vision
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 
 MEASURED = "vision=!Measured {}"
@@ -37,23 +37,23 @@ def shifted_vision(shift):
     def make(cameras, detectors, **settings):
         return VisionDiagram(cameras, detectors | {"left": ShiftedDetector(detectors["left"], shift)}, **settings)
 
-    return mock.patch.object(vision_parts, "VisionDiagram", make)
+    return mock.patch.object(vision, "VisionDiagram", make)
 
 
 @contextlib.contextmanager
 def turned_camera(angle):
     """Rotates the right camera's calibration by ``angle`` [rad] about the vertical axis through the camera."""
-    whole = vision_parts.load_cameras
+    whole = setup.calibrated_with
 
-    def load(scenario):
-        cameras = whole(scenario)
+    def load(faults, calibrated):
+        cameras = whole(faults, calibrated)
         right = cameras["right"]
         cos, sin = np.cos(angle), np.sin(angle)
         X_WC = right.X_WC
         X_WC[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ X_WC[:3, :3]
         return cameras | {"right": replace(right, X_CW=np.linalg.inv(X_WC))}
 
-    with mock.patch.object(vision_parts, "load_cameras", load):
+    with mock.patch.object(setup, "calibrated_with", load):
         yield
 
 

@@ -27,7 +27,7 @@ from drake_tracker.faults import config
 from drake_tracker.faults.camera_faults import turned
 from drake_tracker.faults.fault import FaultyView
 from drake_tracker.faults.kinds import make_faults
-from drake_tracker.tasks.train.vision_parts import load_cameras, rendered_windows
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.vision.camera_motion import CameraMotionDetector, align, edge_tolerance
 from drake_tracker.world.imaging.sensor_model import SensorNoise
 
@@ -138,7 +138,7 @@ def scene(seed):
     A shot is (image, true transform to the reference, mask of the static pixels of the reference).
     """
     scenario, sequence = load_scenario("train:learned", seed=seed), train_sequence(seed, LAPS)
-    model, window = load_cameras(scenario)["left"], rendered_windows(scenario)["left"]
+    model, window = resolve(scenario).cameras["left"], resolve(scenario).windows["left"]
     u0, v0, width, height = window
     crop, view = np.s_[v0 : v0 + height, u0 : u0 + width], FaultyView("left", model, window)
     K = model.K.copy()

@@ -22,7 +22,7 @@ from drake_tracker.core.log import load_log
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.conveyor.diagram import arrivals_of
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 
 RESULTS = common.RESULTS / "conveyor_vision.json"
@@ -46,7 +46,7 @@ def job(cell, seed, quick):
     )
     with tempfile.TemporaryDirectory() as folder:
         simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
-        log, arrivals = load_log(Path(folder) / "run" / "log.npz"), arrivals_of(scenario)
+        log, arrivals = load_log(Path(folder) / "run" / "log.npz"), resolve(scenario).arrivals
     return {"kinds": {name: vision_errors(log, arrivals, kind) for name, kind in KINDS.items()}}
 
 

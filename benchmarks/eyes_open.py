@@ -47,6 +47,7 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.closing import offset_at_touch
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 
 RESULTS = common.RESULTS / "eyes_open.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "eyes_open"
@@ -144,7 +145,7 @@ def line(scenario, measures=None):
         summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
         log = load_log(f"{folder}/run/log.npz")
         spans = phase_spans(log, scenario.time_step)
-        offset = offset_at_touch(scenario, log, spans)
+        offset = offset_at_touch(resolve(scenario), log, spans)
     wanted = ("success", "first_attempt_success", "attempts", "aborted_attempts", "time_to_grasp_s", "failure_reason")
     diagnosis = log["diagnosis"]
     launched = diagnosis["attempts"] > 0

@@ -51,8 +51,8 @@ from drake_tracker.run.log_recorder import add_loggers
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.recorders import add_recorders
 from drake_tracker.tasks.registry import task_of
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.diagram import make_world
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.imaging import render_processes
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES
 
@@ -135,21 +135,11 @@ class Onlooker(LeafSystem):
 
 def bare_loop(scenario, whole, with_images):
     """Returns the world of the whole loop as a Diagram, with its arm held at the start."""
-    track, start = place_track(scenario)
     windows = {name: camera.window for name, camera in whole.world.cameras.items()}
     state = whole.GetOutputPort("arm_state").Eval(whole.CreateDefaultContext())
     model = make_arm_model(PUMA560)
     builder = DiagramBuilder()
-    world = builder.AddSystem(
-        make_train_world(
-            scenario,
-            description=PUMA560,
-            q_initial=state[: model.num_joints],
-            track=track,
-            start=start,
-            windows=windows,
-        )
-    )
+    world = builder.AddSystem(make_world(resolve(scenario), windows))
     gravity = builder.AddSystem(InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
     finger = [0.5 * scenario.grasp.jaw_opening, 0.0]
     for name, value in (("arm_desired_state", state), ("gripper_desired_state", finger)):

@@ -22,14 +22,12 @@ from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.ball.board_exit import HAND_YAW
-from drake_tracker.tasks.ball.world import make_ball_world
-from drake_tracker.tasks.train.reach import home_reference
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.vision_parts import load_cameras
-from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.diagram import make_world
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.vision.centroid.plane_projection import board_window, camera_on_board
 from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.ball.release_system import draw_delay
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
 from drake_tracker.world.imaging.sensor_model import SensorNoise
@@ -105,7 +103,7 @@ def ball_camera(sequence):
 def train_window(seed):
     """Returns the mask of the window of the left camera of `train:learned`."""
     scenario = load_scenario("train:learned", seed=seed)
-    camera = load_cameras(scenario)["left"]
+    camera = resolve(scenario).cameras["left"]
     window = project_region(camera, scenario.vision.work_volume, scenario.vision.outline)
     return window.mask((0, 0, scenario.cameras.width, scenario.cameras.height))
 
@@ -201,7 +199,17 @@ def _still_ball_world(scenario, ball_on_board=True):
     model = make_arm_model(description)
     p_WT = np.add(scenario.board.edge_position, ASIDE)
     q = joints_for(model, description.q_start, tool_down(p_WT, HAND_YAW))
-    world = make_ball_world(scenario, description=description, q_initial=q, ball_on_board=ball_on_board)
+    world = BallWorldDiagram(
+        description=description,
+        q_initial=q,
+        board=scenario.board,
+        ball=scenario.ball,
+        camera=scenario.camera,
+        lighting=scenario.lighting,
+        ball_on_board=ball_on_board,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+    )
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     _hold(world, context, model, q)
@@ -211,21 +219,10 @@ def _still_ball_world(scenario, ball_on_board=True):
 
 def _record_train(seed, laps):
     scenario = load_scenario("train:learned", seed=seed, overrides=["cameras.noise=0"])
-    description = arm_of(scenario)
-    model = make_arm_model(description)
-    home = home_reference(scenario)
-    above = tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3])
-    q = joints_for(model, description.q_start, above)
-    track, start = place_track(scenario)
+    setup = resolve(scenario)
+    model, q, track = setup.reach.model, setup.reach.q_initial, setup.track
     whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
-    world = make_train_world(
-        scenario,
-        description=description,
-        q_initial=q,
-        track=track,
-        start=start,
-        windows=dict.fromkeys(CAMERA_NAMES, whole),
-    )
+    world = make_world(setup, dict.fromkeys(CAMERA_NAMES, whole))
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     _hold(world, context, model, q)

@@ -10,7 +10,8 @@ from several_worlds import TRACKERS, WatchingDiagram
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.train.vision_parts import image_vision, rendered_windows
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.vision import image_vision
 
 SECONDS, QUICK_SECONDS = 8.0, 2.0
 WARM_UP = 60
@@ -33,7 +34,7 @@ def cost_of_vision(name, cell, seed, quick):
     turns = {}
     for name, settings in TRACKERS.items():
         own = scenario.with_settings({"vision.tracker": settings})
-        vision = image_vision(own, rendered_windows(own))
+        vision = image_vision(resolve(own))
         simulator = Simulator(vision)
         context = simulator.get_mutable_context()
         for port, value in (("arm_state", arm_state), ("jaws", [0.0] * message_size(JawState))):

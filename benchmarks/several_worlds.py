@@ -12,8 +12,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker import make_diagram
-from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import (
     TRACK_FIELDS,
@@ -26,14 +24,10 @@ from drake_tracker.core.messages import (
     message_rows,
 )
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import inputs
-from drake_tracker.tasks.train.diagram import train_host
-from drake_tracker.tasks.train.faults import train_faults
-from drake_tracker.tasks.train.reach import home_reference
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.vision_parts import image_vision, rendered_windows
-from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.diagram import make_train_host, make_world
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.vision import image_vision
 from drake_tracker.vision.config import Several, Single
 from drake_tracker.world.train.rail import TRAIN_LENGTH
 
@@ -95,8 +89,8 @@ class WatchingDiagram(Diagram):
             source = builder.AddSystem(ConstantVectorSource(value))
             builder.Connect(source.get_output_port(), world.GetInputPort(name))
         for name, settings in trackers.items():
-            own = scenario.with_settings({"vision.tracker": settings})
-            vision, host = image_vision(own, rendered_windows(own)), train_host(own)
+            own = resolve(scenario.with_settings({"vision.tracker": settings}))
+            vision, host = image_vision(own), make_train_host(own)
             vision.set_name(f"vision_{name}")
             host.set_name(f"host_{name}")
             for part in (vision, host):
@@ -131,8 +125,7 @@ def follow(scenario, seconds):
 
 def lap_time(scenario):
     """Returns the time of a lap of the first train [s]."""
-    track, _ = place_track(scenario)
-    return track.length / scenario.track.speed
+    return resolve(scenario).track.length / scenario.track.speed
 
 
 def train_lengths(scenario):
@@ -142,21 +135,9 @@ def train_lengths(scenario):
 
 def _held_world(scenario):
     """Returns the world of a scenario, and {input: value} that hold its arm above the track."""
-    description = arm_of(scenario)
-    model = make_arm_model(description)
-    home = home_reference(scenario)
-    q = joints_for(model, description.q_start, tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3]))
-    track, start = place_track(scenario)
-    windows = {f"camera_{side}": window for side, window in rendered_windows(scenario).items()}
-    world = make_train_world(
-        scenario,
-        description=description,
-        q_initial=q,
-        track=track,
-        start=start,
-        windows=windows,
-        faults=train_faults(scenario),
-    )
+    setup = resolve(scenario)
+    model, q = setup.reach.model, setup.reach.q_initial
+    world = make_world(setup, {f"camera_{side}": window for side, window in setup.windows.items()})
     scratch = model.plant.CreateDefaultContext()
     model.plant.SetPositions(scratch, q)
     gravity = model.plant.CalcGravityGeneralizedForces(scratch)

@@ -28,9 +28,9 @@ from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import tool_pose
 from drake_tracker.tasks.results import tidy
 from drake_tracker.tasks.train.episode import errors, train_pose
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import jitter
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.tasks.train.track_placement import place_track
 
 START_UP = 1.0
 """Simulated time [s] in addition to the laps: the train has to accelerate."""
@@ -80,7 +80,7 @@ def measure(direction, laps, seed, speed, changes):
     """Returns the results of ``laps`` laps as a dict; lengths in mm."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}", *changes]
     scenario = load_scenario("train", seed=seed, overrides=overrides)
-    length = place_track(scenario)[0].length
+    length = resolve(scenario).track.length
     duration = laps * length / speed + START_UP
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, lags, model, real_time_factor = run(scenario)

@@ -22,6 +22,8 @@ from drake_tracker.core.log import load_log
 from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.figures.studio import ball_studio, conveyor_studio, train_studio
 from drake_tracker.run.options import RunOptions
+from drake_tracker.tasks.conveyor.setup import resolve as resolve_conveyor
+from drake_tracker.tasks.train.setup import resolve as resolve_train
 
 IMAGES = Path(__file__).parent / "images"
 SHOWN = ("track", "grasp", "lift")
@@ -97,7 +99,7 @@ def train_pictures(run, folder):
     scenario = load_scenario(str(run / "scenario.yaml"))
     log = load_log(run / "log.npz")
     times = {moment.name: moment.time for moment in moments(log, scenario)}
-    studio = train_studio(scenario, folder)
+    studio = train_studio(resolve_train(scenario), folder)
     return {
         "laboratory": draw_laboratory(studio, log, times),
         "grasp": side_by_side(render_frames(studio, log, [times[name] for name in SHOWN], 424)),
@@ -113,7 +115,9 @@ def animate(run, folder):
     path = IMAGES / "grasp.webp"
     found = {moment.name: moment.time for moment in moments(log, scenario)}
     times = np.arange(found["grasp"] - ANIMATION_BEFORE, found["lift"] + ANIMATION_AFTER, 1.0 / ANIMATION_RATE)
-    save_animation(train_studio(scenario, folder), log, times, path, ANIMATION_EYE, ANIMATION_TARGET, 30.0)
+    save_animation(
+        train_studio(resolve_train(scenario), folder), log, times, path, ANIMATION_EYE, ANIMATION_TARGET, 30.0
+    )
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -125,7 +129,15 @@ def animate_conveyor(run, folder):
     picks = np.flatnonzero(np.diff(log["diagnosis"]["picked"]) > 0)
     start = log["diagnosis"].times[picks[0]] - CONVEYOR_BEFORE
     times = np.arange(start, start + CONVEYOR_SPAN, 1.0 / ANIMATION_RATE)
-    save_animation(conveyor_studio(scenario, folder), log, times, path, CONVEYOR_EYE, CONVEYOR_TARGET, CONVEYOR_FOV)
+    save_animation(
+        conveyor_studio(resolve_conveyor(scenario), folder),
+        log,
+        times,
+        path,
+        CONVEYOR_EYE,
+        CONVEYOR_TARGET,
+        CONVEYOR_FOV,
+    )
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 

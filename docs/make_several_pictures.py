@@ -24,7 +24,7 @@ from several_worlds import SEVERAL, WatchingDiagram, watch  # noqa: E402
 
 from drake_tracker import load_scenario  # noqa: E402
 from drake_tracker.core.timing import VISION_PERIOD  # noqa: E402
-from drake_tracker.tasks.train.vision_parts import load_cameras  # noqa: E402
+from drake_tracker.tasks.train.setup import resolve  # noqa: E402
 from drake_tracker.vision.silhouettes.object_shape import outline_area  # noqa: E402
 from drake_tracker.vision.silhouettes.silhouettes import find_silhouettes  # noqa: E402
 from drake_tracker.vision.silhouettes.split_silhouettes import divide  # noqa: E402
@@ -66,7 +66,7 @@ class Scene:
         self.diagram = WatchingDiagram(settings, SEVERAL)
         self.simulator = Simulator(self.diagram)
         self.vision = self.diagram.GetSubsystemByName("vision_several")
-        self.camera = load_cameras(settings)[SIDE]
+        self.camera = resolve(settings).cameras[SIDE]
         self.cycle = 0
 
     def advance(self, time):

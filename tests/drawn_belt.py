@@ -7,7 +7,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.tasks.conveyor.vision_parts import rendered_windows, seen_belt
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.vision.parts.belt_surface import BeltSurface
 from drake_tracker.vision.parts.part_fit import SeenWindow, soften
 from drake_tracker.vision.parts.part_search import PartSearch
@@ -18,8 +18,8 @@ from drake_tracker.vision.parts.part_vision_diagram import belt_window
 SCENARIO = ConveyorScenario()
 HEIGHT = SCENARIO.belt.height
 CAMERAS = calibrated_cameras(SCENARIO)
-WINDOWS = rendered_windows(SCENARIO)
-BELT = seen_belt(SCENARIO)
+WINDOWS = resolve(SCENARIO).windows
+BELT = resolve(SCENARIO).seen_belt
 MASKS = {side: belt_window(CAMERAS[side], BELT, HEIGHT).mask(WINDOWS[side]) for side in SIDES}
 SILHOUETTES = [PartSilhouette(CAMERAS[side], WINDOWS[side], HEIGHT) for side in SIDES]
 COLOURS = {PartKind.BOX: (232, 195, 58), PartKind.DISC: (216, 87, 60), PartKind.ELL: (63, 143, 208)}

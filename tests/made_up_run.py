@@ -11,8 +11,8 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.tasks.train.track_placement import place_track
 
 SPEED = 0.1
 LAG = 15 * VISION_PERIOD
@@ -55,7 +55,7 @@ class Episode:
         self.valid = lambda t: np.ones(len(t))
         self.gate = Gate.NO_MEMORY
         self.verdict = {}
-        track, self.start = place_track(scenario)
+        track, self.start = resolve(scenario).placement
         self.x, self.y, self.yaw = (float(c) for c in track.pose(self.start))
 
     def place(self, t):

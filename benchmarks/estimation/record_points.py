@@ -17,7 +17,7 @@ from tracking import run
 
 from drake_tracker import load_scenario
 from drake_tracker.tasks.train.episode import train_pose
-from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.setup import resolve
 
 OUT = Path(__file__).with_name("camera_points.npz")
 FIELDS = ("stamp", "yaw", "x", "y", "z")
@@ -31,7 +31,7 @@ def record(seed, direction, speed, laps):
     """Returns rows (n, 5) of `FIELDS` from ``laps`` laps of the camera loop."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}"]
     scenario = load_scenario("train:learned", seed=seed, overrides=overrides)
-    duration = laps * place_track(scenario)[0].length / speed + SETTLED
+    duration = laps * resolve(scenario).track.length / speed + SETTLED
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, _, _, _ = run(scenario)
     point = log["point"]

@@ -22,9 +22,9 @@ from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import make_train_diagram
 from drake_tracker.tasks.train.episode import errors, train_pose
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.vision_parts import flow_parameters, load_cameras, slowest_seen, tracks_several
+from drake_tracker.tasks.train.vision import slowest_seen
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import describe_rig, focal_length
 
@@ -76,7 +76,7 @@ def measure(
             fits[speed] = fit_speed(sightings, pixel)
         except DrakeTrackerError as caught:
             raise DrakeTrackerError(f"at {speed:g} m/s {caught}") from None
-    seen_from = slowest_seen(scenario, load_cameras(scenario), flow_parameters(scenario))
+    seen_from = slowest_seen(resolve(scenario), vision.detector.resolve())
     print_fits(fits)
     error = combine(fits, pixel, seen_from)
     notes = {
@@ -105,7 +105,7 @@ def check_request(
     require_task(scenario, "train", "only the error of the train's cameras can be measured")
     if not isinstance(scenario.vision, Rendered):
         raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: the error of cameras is measured")
-    if tracks_several(scenario):
+    if resolve(scenario).several:
         raise DrakeTrackerError(
             f"{scenario.where('vision.tracker')} must be !Single: the error of the motion detector is measured"
         )
@@ -141,7 +141,7 @@ def watch(scenario: TrainScenario, seed: int, laps: int, speed: float, progress:
     if direction == "random":
         direction = "backward" if seed % 2 else "forward"
     scenario = scenario.with_settings({"seed": seed, "track.speed": speed, "track.direction": direction})
-    track, start = place_track(scenario)
+    track, start = resolve(scenario).placement
     distance = laps * track.length if track.closed else track.length - start
     duration = float(distance / speed + SETTLED)
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration})  # no grasp

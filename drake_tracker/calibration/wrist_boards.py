@@ -14,11 +14,10 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.files.calibration_file import save_calibration
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.system_check import require_renderer
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks import scenario_file
 from drake_tracker.tasks.registry import require_task
-from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.imaging.wrist_calibration_scene import WristCalibrationScene
 from drake_tracker.world.imaging.wrist_camera import WRIST_CAMERA, describe_wrist, true_wrist_model
@@ -102,11 +101,11 @@ def find_wrist_camera(scenario: TrainScenario, config: WristCamera, *, seed: int
 
     Raises DrakeTrackerError when too few poses are found at which the camera sees the board.
     """
-    reach = Reach(scenario)
+    reach = resolve(scenario).reach
     model = reach.model
     x, y = (reach.home[:2]).tolist()
     scene = WristCalibrationScene(
-        description=arm_of(scenario),
+        description=reach.description,
         board=BOARD,
         place=(x, y),
         yaw=BOARD_YAW,

@@ -56,10 +56,10 @@ def execute(options: Namespace) -> int:
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.options import RunOptions
     from drake_tracker.run.simulation import simulate
-    from drake_tracker.tasks.train.two_processes import check_task, make_arm_side
+    from drake_tracker.tasks.train.two_processes import make_arm_side, resolve_split
 
     quiet_drake()
-    check_task(scenario)
+    resolve_split(scenario)
     if _STALE not in scenario.origins:
         scenario = load_scenario(*request, [f"{_STALE}=hold", *options.overrides], allow_code=options.allow_code)
     announce_code(scenario, ["arm"])

@@ -39,9 +39,9 @@ def execute(options: Namespace) -> int:
     from drake_tracker.core.progress import Progress
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.host_process import HostProcess
-    from drake_tracker.tasks.train.vision_parts import arm_signals
+    from drake_tracker.tasks.train.two_processes import code_of_host
 
-    announce_code(scenario, ["estimator", "arm"] if arm_signals(scenario) else ["estimator"])
+    announce_code(scenario, code_of_host(scenario))
     quiet_drake()
     stopped: list[int] = []
     progress = Progress(scenario.duration)

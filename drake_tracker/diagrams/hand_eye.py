@@ -2,54 +2,23 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
-Connection = tuple[str, str, str, str]
-"""(subsystem, name of its output port, subsystem, name of its input port)."""
-BETWEEN_SUBSYSTEMS: tuple[Connection, ...] = (
-    ("vision", "point", "host", "point"),
-    ("host", "prediction", "link", "packet"),
-    ("link", "delivered", "arm", "packet"),
-)
-"""Connections between subsystems whose two ports have different names."""
-
-
-WITH_TRACKS: tuple[Connection, ...] = (
-    ("vision", "tracks", "host", "tracks"),
-    ("host", "expected", "vision", "expected"),
-    *BETWEEN_SUBSYSTEMS[1:],
-)
-"""The same with a vision that tracks several objects: the host tells it where it expects those that are not seen."""
-WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYSTEMS[1:])
-"""The same with a measured vision of several objects, which searches for nothing."""
-
-WITH_HAND_POINT: tuple[Connection, ...] = (
-    ("vision", "hand_point", "link", "hand_point"),
-    ("link", "delivered_hand_point", "arm", "hand_point"),
-)
-"""Further connections of a vision that sees the hand (`LinkDiagram` as the link)."""
-WITH_WRIST: tuple[Connection, ...] = (("host", "prediction", "vision", "prediction"),)
-"""Further connections of a camera on the hand: the host tells vision where it expects the target."""
-
-WITH_ORDERS: tuple[Connection, ...] = (
-    ("vision", "parts", "host", "parts"),
-    ("arm", "diagnosis", "host", "diagnosis"),
-    ("arm", "status", "host", "status"),
-    *BETWEEN_SUBSYSTEMS[1:],
-    ("host", "order", "link", "order"),
-    ("link", "delivered_order", "arm", "order"),
-)
-"""Connections of a host that gives orders to the arm, which reports what it does (`LinkDiagram` as the link)."""
-WITH_ENCODER: tuple[Connection, ...] = (("world", "encoder", "host", "encoder"),)
-"""Further connections of a belt with an encoder."""
-
-AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
-"""The connection of a world in which something happens when the hand begins to descend."""
-
 SELECTED = "selected"
 """Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
 
 
-FROM_THE_LINK = ("packet", "hand_point", "order")
-"""Inputs of the arm that the link drives."""
+def connect(builder: DiagramBuilder, source: System, target: System, **renamed: str) -> None:
+    """Connects one subsystem to another: each output to the input with the same name.
+
+    Args:
+        builder: of the diagram to which both belong.
+        source: the subsystem with the outputs.
+        target: the subsystem with the inputs.
+        **renamed: {name of an output: name of the input to which it leads}, for those with two names.
+    """
+    for port in outputs(source):
+        name = renamed.get(port.get_name(), port.get_name())
+        if target.HasInputPort(name):
+            builder.Connect(port, target.GetInputPort(name))
 
 
 class HandEyeDiagram(Diagram):
@@ -99,22 +68,20 @@ class HandEyeDiagram(Diagram):
     the hand, there are ``hand_point``, ``delivered_hand_point`` and ``hand_correction``. With a `PipelinedCamera` the
     ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles late.
 
-    An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to
-    the input of the world with the same name. All outputs of subsystems, except those that drive the world, are outputs
-    of the Diagram, for logs, pictures and judges. An input of the arm that no subsystem drives is an input of the
-    Diagram. Messages, units and periods of the ports are those of the subsystems. Ports named ``truth_*`` carry ground
+    All outputs of subsystems, except those that drive the world, are outputs of the Diagram, for logs, pictures and
+    judges. Messages, units and periods of the ports are those of the subsystems. Ports named ``truth_*`` carry ground
     truth: they lead out of the Diagram, never back into it.
 
     With `MeasuredVisionDiagram` as vision there are no cameras, and the outputs from ``camera_*`` to ``centroid_*`` do
     not exist. In place of the images, one connection carries the train's true state to this diagram only.
 
     Args:
+        builder: holds the five subsystems, connected (see `connect`).
         world: a Diagram with the ports of the sensors, such as `WorldDiagram`.
         vision: a `VisionDiagram`, `MeasuredVisionDiagram` or `BoardVisionDiagram`.
         host: an `EstimatorSystem`.
         link: a `LinkSystem`, or a `LinkDiagram` for a vision that sees the hand.
         arm: an `ArmDiagram`.
-        connections: connections between ports with different names.
 
     Attributes:
         world: the world.
@@ -125,31 +92,16 @@ class HandEyeDiagram(Diagram):
     """
 
     def __init__(
-        self,
-        world: Diagram,
-        vision: Diagram,
-        host: System,
-        link: System,
-        arm: Diagram,
-        connections: tuple[Connection, ...] = BETWEEN_SUBSYSTEMS,
+        self, builder: DiagramBuilder, *, world: Diagram, vision: Diagram, host: System, link: System, arm: Diagram
     ) -> None:
         super().__init__()
         self.set_name("hand_eye")
         self.world, self.vision, self.host, self.link, self.arm = world, vision, host, link, arm
-        subsystems = {"world": world, "vision": vision, "host": host, "link": link, "arm": arm}
-        builder = DiagramBuilder()
-        for subsystem in subsystems.values():
-            builder.AddSystem(subsystem)
-        for source, output, reader, input_ in connections:
-            builder.Connect(subsystems[source].GetOutputPort(output), subsystems[reader].GetInputPort(input_))
-        for to, origin in ((vision, world), (arm, world), (world, arm)):
-            for port in inputs(to):
-                if origin.HasOutputPort(port.get_name()):
-                    builder.Connect(origin.GetOutputPort(port.get_name()), port)
-                elif (to is arm and port.get_name() not in FROM_THE_LINK) or port.get_name() == SELECTED:
-                    builder.ExportInput(port, port.get_name())
+        for subsystem, name in ((vision, SELECTED), (arm, "operator")):
+            if subsystem.HasInputPort(name):
+                builder.ExportInput(subsystem.GetInputPort(name), name)
         driving = {port.get_name() for port in inputs(world)}
-        for subsystem in subsystems.values():
+        for subsystem in (world, vision, host, link, arm):
             for port in outputs(subsystem):
                 if port.get_name() not in driving:
                     builder.ExportOutput(port, port.get_name())

@@ -35,6 +35,7 @@ from drake_tracker.figures.studio import train_studio
 from drake_tracker.figures.trajectory import draw_trajectory, trajectory
 from drake_tracker.tasks.results import made_by
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import resolve
 
 RUNS, QUICK_RUNS = 12, 1
 """Number of synthetic runs for the error over the horizon."""
@@ -104,7 +105,7 @@ def make_figures(
         numbers["grasp_run"] = _run_facts(scenario, summary)
     shown = shown_moments(log, scenario)
     with tempfile.TemporaryDirectory() as folder:
-        frames = render_frames(train_studio(scenario, folder), log, [moment.time for moment in shown])
+        frames = render_frames(train_studio(resolve(scenario), folder), log, [moment.time for moment in shown])
     keep("figure_14", [moment._asdict() for moment in shown], draw_grasp_frames(frames, shown))
 
     rows = (f"{json.dumps(name)}: {json.dumps(found)}" for name, found in rounded(numbers).items())

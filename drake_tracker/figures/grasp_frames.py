@@ -11,9 +11,9 @@ from drake_tracker.core.log import Signal
 from drake_tracker.figures.paper_style import sheet
 from drake_tracker.figures.studio import Studio, sample
 from drake_tracker.grasp.train.schema import Phase
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.train.episode import phase_spans
-from drake_tracker.tasks.train.scenario import TrainScenario
 
 SHOWN = ("intercept", "grasp", "lift")
 WIDTH = 640
@@ -35,7 +35,7 @@ class Moment(NamedTuple):
     phase: str
 
 
-def moments(log: Mapping[str, Signal], scenario: TrainScenario) -> tuple[Moment, ...]:
+def moments(log: Mapping[str, Signal], scenario: BaseScenario) -> tuple[Moment, ...]:
     """Returns the `Moment`s "track", "intercept", "grasp" and "lift" of the last lift.
 
     For a run without a lift it returns three instants of its second half, named after the phase of the hand.
@@ -86,7 +86,7 @@ def render_frames(
     return frames
 
 
-def shown_moments(log: Mapping[str, Signal], scenario: TrainScenario) -> tuple[Moment, ...]:
+def shown_moments(log: Mapping[str, Signal], scenario: BaseScenario) -> tuple[Moment, ...]:
     """Returns the three `Moment`s of figure 14.
 
     Args:

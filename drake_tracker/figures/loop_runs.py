@@ -10,7 +10,7 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.setup import resolve
 
 TRACKING = "train"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""
@@ -32,7 +32,7 @@ def tracking_scenario(seed: int, quick: bool = False) -> tuple[TrainScenario, fl
         quick: whether the run is a preview of `QUICK_DURATION`.
     """
     scenario = load_scenario(TRACKING, seed=seed, overrides=[f"track.speed={SPEED}"])
-    length = place_track(scenario)[0].length
+    length = resolve(scenario).track.length
     duration = QUICK_DURATION if quick else LAPS * length / SPEED + START_UP
     return scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration}), length
 

@@ -33,11 +33,9 @@ from pydrake.systems.sensors import CameraInfo
 from drake_tracker.core.log import Signal
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.conveyor.diagram import arrivals_of
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.task import BODY_STATE
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.ball.ball_fixtures import GATE_TRAVEL
 from drake_tracker.world.ball.ball_plant import add_ball_laboratory
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
@@ -115,14 +113,14 @@ class Studio:
         return cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
 
 
-def train_studio(scenario: TrainScenario, folder: str | os.PathLike[str]) -> Studio:
-    """Returns the `Studio` of a scenario of the train, with track, train and cameras.
+def train_studio(setup: TrainSetup, folder: str | os.PathLike[str]) -> Studio:
+    """Returns the `Studio` of a run of the train, with track, train and cameras.
 
     Args:
-        scenario: of the run.
+        setup: the resolved scenario of the run.
         folder: for the file of the studio's light.
     """
-    track, _ = place_track(scenario)
+    scenario, track = setup.scenario, setup.track
     builder = DiagramBuilder()
 
     def decorate(plant: MultibodyPlant) -> None:
@@ -133,7 +131,7 @@ def train_studio(scenario: TrainScenario, folder: str | os.PathLike[str]) -> Stu
 
     laboratory = add_laboratory(
         builder,
-        description=arm_of(scenario),
+        description=setup.arm,
         body=scenario.train.body,
         scale=scenario.train.scale,
         colour=scenario.train.colour,
@@ -175,18 +173,18 @@ def ball_studio(scenario: BallScenario, folder: str | os.PathLike[str]) -> Studi
     return Studio(laboratory, builder, places, folder)
 
 
-def conveyor_studio(scenario: ConveyorScenario, folder: str | os.PathLike[str]) -> Studio:
+def conveyor_studio(setup: ConveyorSetup, folder: str | os.PathLike[str]) -> Studio:
     """Returns the `Studio` of a scenario of the conveyor, with belt, trays and parts.
 
     Args:
-        scenario: of the run.
+        setup: the resolved scenario of the run.
         folder: for the file of the studio's light.
     """
     builder = DiagramBuilder()
-    arrivals, motion = arrivals_of(scenario), make_belt_motion(scenario.belt)
+    scenario, arrivals, motion = setup.scenario, setup.arrivals, make_belt_motion(setup.scenario.belt)
     laboratory = add_conveyor_laboratory(
         builder,
-        description=arm_of(scenario),
+        description=setup.arm,
         belt=scenario.belt,
         tray=scenario.tray,
         motion=motion,

@@ -10,13 +10,13 @@ from drake_tracker.core.log import Signal
 from drake_tracker.figures.measured_arc import measured_points
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.grasp.train.schema import Phase
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import during
 from drake_tracker.tasks.style import PREDICTED, SEEN
 from drake_tracker.tasks.train.episode import errors, phase_spans, train_pose
-from drake_tracker.tasks.train.scenario import TrainScenario
 
 
-def trajectory(log: Mapping[str, Signal], scenario: TrainScenario, lap_length: float) -> dict[str, Any]:
+def trajectory(log: Mapping[str, Signal], scenario: BaseScenario, lap_length: float) -> dict[str, Any]:
     """Returns the numbers of figure 13 for the last lap: measured, commanded and true positions [m, W].
 
     The commanded position is the servo's target at the instant for which it is due; it is predicted over the lag.

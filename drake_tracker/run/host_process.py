@@ -15,7 +15,7 @@ from drake_tracker.network.channels import POINT, channel_of
 from drake_tracker.network.cycles import Cycle, CycleCollector
 from drake_tracker.network.mailbox import Mailbox
 from drake_tracker.network.received_message import NotUnderstood, largest_message, read_image, read_vector
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
 
 SILENCE = 1.0
@@ -49,7 +49,7 @@ class HostProcess:
 
     def __init__(
         self,
-        scenario: TrainScenario,
+        scenario: BaseScenario,
         incoming: DrakeLcm,
         outgoing: DrakeLcm,
         tell: Callable[[str], object] = print,

@@ -1,6 +1,6 @@
 """The tasks: for each one its scenario, diagram, judgement, summary, pictures and video.
 
-The name of a scenario goes in (`load_scenario`); out come its settings (`TrainScenario`, `BallScenario`), its diagram
+The name of a scenario goes in (`load_scenario`); out come its settings, its diagram
 (`make_diagram`, for the ball after `initialise`), and with `task_of` the `Task`, through which the applications run,
 judge, draw and replay it. Each task is a subpackage, registered in `drake_tracker.tasks.registry`.
 """

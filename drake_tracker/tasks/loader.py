@@ -48,7 +48,7 @@ def load_scenario(
     overrides: Sequence[str] = (),
     allow_code: bool | None = None,
 ) -> Any:
-    """Returns a scenario from a file, checked: a `TrainScenario` or a `BallScenario`. Runs no code from the file.
+    """Returns a scenario from a file, checked. Runs no code from the file.
 
     Args:
         spec: name of the scenario: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".

@@ -14,7 +14,7 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario as load
 from drake_tracker.tasks import save_scenario, scenario_file
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
-from drake_tracker.tasks.train.vision_parts import load_cameras
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import describe_rig
 
@@ -139,7 +139,7 @@ def test_sightings_are_errors_at_the_stamp_along_and_across():
 
 def test_the_footprint_of_a_pixel_is_that_of_the_calibrated_camera():
     scenario = load("train:learned")
-    camera = load_cameras(scenario)["left"]
+    camera = resolve(scenario).cameras["left"]
     look_at = np.array(scenario.cameras.look_at)
     beside = look_at + [0.0, 0.0, 0.01 / np.cos(np.deg2rad(scenario.cameras.elevation_deg))]
     pixels = np.linalg.norm(camera.project(beside[None]) - camera.project(look_at[None]))

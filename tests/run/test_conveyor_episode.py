@@ -13,7 +13,7 @@ from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.replay.recording import open_recording
 from drake_tracker.replay.replay import replay_run
 from drake_tracker.run.options import RunOptions
-from drake_tracker.tasks.conveyor.diagram import arrivals_of
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
@@ -55,7 +55,11 @@ def test_the_phases_of_a_pick_follow_each_other(episode):
 
 
 def test_the_log_has_the_state_of_every_part(episode):
-    parts, states, fates = arrivals_of(episode.scenario), episode.log["truth_part_states"], episode.log["truth_fates"]
+    parts, states, fates = (
+        resolve(episode.scenario).arrivals,
+        episode.log["truth_part_states"],
+        episode.log["truth_fates"],
+    )
     assert states.names == tuple(f"{field}_{k}" for k in range(len(parts)) for field in BODY_STATE)
     assert fates.names == tuple(f"fate_{k}" for k in range(len(parts)))
     placed = [k for k in range(len(parts)) if fates.data[-1, k] == PartFate.PLACED]
@@ -111,14 +115,14 @@ def test_a_run_with_an_encoder_that_stops_goes_on_with_vision_and_is_replayed_bi
 
 def test_parts_on_their_sides_are_left_alone(tmp_path):
     run = Episode(tmp_path / "run", duration=6.0, overrides=["arrivals.rate=20", "arrivals.lying=0.9"], record=False)
-    lying = [k for k, part in enumerate(arrivals_of(run.scenario)) if part.lies]
+    lying = [k for k, part in enumerate(resolve(run.scenario).arrivals) if part.lies]
     fates = run.log["truth_fates"].data[:, lying]
     assert len(lying) >= 2 and not np.isin(fates, [PartFate.HELD, PartFate.DROPPED]).any()
     assert not (run.summary["belt_touched"] or run.summary["dropped"])
 
 
 def test_measured_vision_errs_as_its_settings_say(episode):
-    errors, settings = vision_errors(episode.log, arrivals_of(episode.scenario)), episode.scenario.vision
+    errors, settings = vision_errors(episode.log, resolve(episode.scenario).arrivals), episode.scenario.vision
     assert errors["noise_m"] == pytest.approx(settings.noise_std, rel=0.2)
     assert errors["turn_noise_rad"] == pytest.approx(np.deg2rad(settings.turn_noise_std_deg), rel=0.2)
     assert errors["wrong_kind"] == errors["identities_lost"] == 0 and errors["measurements"] > 300
@@ -137,7 +141,7 @@ def test_with_cameras_a_part_is_picked(seen):
 
 
 def test_cameras_measure_parts_to_a_millimetre_and_keep_their_kinds_and_numbers(seen):
-    arrivals = arrivals_of(seen.scenario)
+    arrivals = resolve(seen.scenario).arrivals
     errors = vision_errors(seen.log, arrivals)
     assert errors["parts"] >= 1 and errors["wrong_kind"] == errors["identities_lost"] == 0
     assert errors["bias_m"] < 0.001 and errors["noise_m"] < 0.001 and errors["largest_m"] < 0.004

@@ -11,14 +11,16 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from wires import Wires, controller_subsystems, references, truths
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.diagrams import hand_eye as hand_eye_module
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
 from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
 from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.measured.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
+from drake_tracker.tasks.train import diagram as train_diagram
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.config import TrackConfig as TrackSettings
 from drake_tracker.world.train import world_diagram as world_module
 
@@ -264,7 +266,7 @@ def test_a_camera_on_the_hand_gives_the_controller_no_ground_truth():
 
 
 def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):
-    monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
+    monkeypatch.setattr(train_diagram, "DiagramBuilder", WorldLeaksToHost)
     leaking, _ = leaks(make_diagram(load_scenario("train:learned", overrides=[MEASURED])), stand_in=True)
     assert any("plant.train_state" in path for path in leaking), leaking
 
@@ -352,8 +354,8 @@ class JawsKnowTheTrain(DiagramBuilder):
 @pytest.mark.parametrize(
     "module, builder, source",
     [
-        (hand_eye_module, WorldLeaksToHost, "plant.train_state"),
-        (hand_eye_module, VerdictLeaksToArm, "judge.verdict"),
+        (train_diagram, WorldLeaksToHost, "plant.train_state"),
+        (train_diagram, VerdictLeaksToArm, "judge.verdict"),
         (world_module, JawsKnowTheTrain, "plant.train_state"),
     ],
 )
@@ -367,7 +369,7 @@ def test_a_leak_is_found(monkeypatch, module, builder, source):
 
 
 def is_truth(thing):
-    if isinstance(thing, (SceneGraph, TrainScenario, ConveyorScenario, TrackSettings)):
+    if isinstance(thing, (SceneGraph, TrainScenario, TrainSetup, ConveyorScenario, ConveyorSetup, TrackSettings)):
         return True
     if isinstance(thing, MultibodyPlant):
         return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")

@@ -8,9 +8,8 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.models_path import models_path
-from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.diagram import make_world
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world import painted_mesh
 from drake_tracker.world.config import TRAIN_BODIES
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES
@@ -29,21 +28,13 @@ LOOKS = [
 
 @pytest.fixture(scope="module")
 def reach():
-    return Reach(load_scenario("train:learned"))
+    return resolve(load_scenario("train:learned")).reach
 
 
 def images_of(reach, overrides, pipeline=None):
     """The images of both cameras at time 0, RGB, without noise."""
     scenario = load_scenario("train:learned", overrides=["cameras.noise=0.0", *overrides])
-    track, start = place_track(scenario, reach)
-    world = make_train_world(
-        scenario,
-        description=reach.description,
-        q_initial=reach.q_initial,
-        track=track,
-        start=start,
-        pipeline=pipeline,
-    )
+    world = make_world(resolve(scenario), pipeline=pipeline)
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     world.GetInputPort("arm_desired_state").FixValue(context, [*reach.q_initial, *np.zeros(6)])

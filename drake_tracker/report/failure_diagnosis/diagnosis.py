@@ -11,6 +11,7 @@ from drake_tracker.report.failure_diagnosis.blame import attempt_excess, run_exc
 from drake_tracker.report.failure_diagnosis.evidence import Attempt, Evidence
 from drake_tracker.report.failure_diagnosis.sentences import tell_attempt, tell_run, tell_unseen
 from drake_tracker.report.failure_diagnosis.stages import WORDS, Stage
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.tracks import reason_shares
 from drake_tracker.tasks.train.diagnosis.cause import main_trouble
@@ -18,8 +19,7 @@ from drake_tracker.tasks.train.diagnosis.judged_train import about_target
 from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.diagnosis.trouble_tracking import tell_tracking, tracking_findings
 from drake_tracker.tasks.train.episode import phase_spans, sighted
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.setup import TrainSetup, resolve
 
 LEAST_BLAME = 0.002
 """A stage whose excess is less than this [m] is not blamed."""
@@ -28,7 +28,7 @@ LATE = 0.1
 link whose packets are on average this much older than the host's newest; those of a working link are no older."""
 
 
-def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any]:
+def perform(scenario: BaseScenario, log: Mapping[str, Signal]) -> dict[str, Any]:
     """Returns the autopsy of a run of the train as a dict of numbers and texts, fit for JSON. Lengths in m, times in s.
 
     - ``culprit``: name of the stage that contributed most of what was not normal; None when the train was lifted or no
@@ -46,9 +46,10 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
         scenario: of the run.
         log: {name: Signal}.
     """
-    log = about_target(scenario, log)
+    setup = resolve(scenario)
+    log = about_target(setup, log)
     spans = phase_spans(log, scenario.time_step)
-    evidence = Evidence(scenario, log, spans)
+    evidence = Evidence(setup, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()
     lifted = any(attempt.outcome == "lifted" for attempt in attempts)
     failed = _judged(attempts)
@@ -60,14 +61,14 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
     age = float(tracking.ages[before].mean()) if before.any() else 0.0
     culprit = None if lifted else broken if broken is not None else _worst(found, lateness, age)
-    troubles = tell_tracking(tracking_findings(log, spans)) if tracks_several(scenario) else []
-    described = [_attempt(scenario, attempt) for attempt in attempts]
+    troubles = tell_tracking(tracking_findings(log, spans)) if setup.several else []
+    described = [_attempt(setup, attempt) for attempt in attempts]
     order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
         "verdict": None
         if lifted
-        else _verdict(scenario, log, spans)
+        else _verdict(setup, log, spans)
         + tell_run(culprit, found, broken, described)
         + tell_unseen(unseen)
         + "".join(f" {each}" for each in troubles),
@@ -82,9 +83,9 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     }
 
 
-def _verdict(scenario: TrainScenario, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> str:
+def _verdict(setup: TrainSetup, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> str:
     """Returns the sentence on the main trouble of a run and a space, or "" when the stages show it themselves."""
-    trouble = main_trouble(scenario, log, spans)
+    trouble = main_trouble(setup, log, spans)
     if trouble is None or trouble.cause in (Cause.CALIBRATION, Cause.SECOND_OBJECT, Cause.IMAGE_DISTURBED):
         return ""
     return f"{trouble.sentence[0].upper()}{trouble.sentence[1:]}. "
@@ -138,7 +139,7 @@ def _worst(found: np.ndarray, lateness: float, age: float = 0.0) -> Stage | None
     return Stage.LINK if age > LATE else None
 
 
-def _attempt(scenario: TrainScenario, attempt: Attempt) -> dict[str, Any]:
+def _attempt(setup: TrainSetup, attempt: Attempt) -> dict[str, Any]:
     """Returns an attempt as a dict, see `perform`."""
     described: dict[str, Any] = {
         "number": attempt.number,
@@ -160,7 +161,7 @@ def _attempt(scenario: TrainScenario, attempt: Attempt) -> dict[str, Any]:
         if attempt.outcome in ("missed", "dropped"):
             worst = _worst(attempt_excess(attempt.rows), attempt.timing)
             described["culprit"] = None if worst is None else WORDS[worst]
-    return described | {"sentence": tell_attempt(scenario, described)}
+    return described | {"sentence": tell_attempt(setup, described)}
 
 
 def _named(rows: np.ndarray, order: Iterable[int] = Stage) -> dict[str, Any]:

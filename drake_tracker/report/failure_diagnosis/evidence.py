@@ -19,7 +19,7 @@ from drake_tracker.report.failure_diagnosis.reference_estimate import point_rows
 from drake_tracker.report.failure_diagnosis.stages import Stage
 from drake_tracker.tasks.episode import PhaseSpan, during, fresh_packets, tool_pose
 from drake_tracker.tasks.train.episode import train_pose
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 
 REHEARSE_EVERY = 0.24
@@ -85,24 +85,24 @@ class Evidence:
     """Reads the log of a run; see `attempts` and `tracking`.
 
     Args:
-        scenario: of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal}.
         spans: from `phase_spans`.
     """
 
-    def __init__(self, scenario: TrainScenario, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> None:
-        self._grasp, self._log, self._spans = scenario.grasp, log, spans
+    def __init__(self, setup: TrainSetup, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> None:
+        self._grasp, self._log, self._spans = setup.scenario.grasp, log, spans
         self._launches = [span.start for span in spans if span.phase == Phase.INTERCEPT]
         prediction = log["prediction"]
         rows = fresh_packets(prediction)
         self._packets = prediction.data[rows]
-        self._made = prediction.times[rows] - VISION_PERIOD + vision_slot(ESTIMATOR_SLOT, scenario.time_step)
+        self._made = prediction.times[rows] - VISION_PERIOD + vision_slot(ESTIMATOR_SLOT, setup.scenario.time_step)
         self._by_seq = {int(Prediction(packet).seq): packet for packet in self._packets}
         verdict = log["truth_verdict"]
         contact = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0) | (verdict["derailed"] > 0)
         self._contacts = verdict.times[contact]
         self._moments = self._moments_of_tracking()
-        self._refilter(scenario)
+        self._refilter(setup)
 
     def attempts(self) -> tuple[Attempt, ...]:
         """Returns the attempts, in order."""
@@ -146,12 +146,12 @@ class Evidence:
         good = (target["valid"] > 0) & during(self._spans, target.times, Phase.TRACK)
         return target.times[good][:: round(REHEARSE_EVERY / SERVO_PERIOD)]
 
-    def _refilter(self, scenario: TrainScenario) -> None:
+    def _refilter(self, setup: TrainSetup) -> None:
         log = self._log
         stamps, points = point_rows(log)
         bases = [self._newest(moment) for moment in (*self._moments, *self._launches)]
         wanted = [_stamp(packet) for packet in bases if packet is not None]
-        cameras = true_camera_models(scenario.cameras)
+        cameras = true_camera_models(setup.scenario.cameras)
         left, right = (cameras[name] for name in CAMERA_NAMES)
         truly = true_points(log, stamps)
         there = ~np.isnan(truly).any(axis=1)

@@ -9,7 +9,7 @@ from drake_tracker.report.failure_diagnosis.normal import NORMAL_ATTEMPT
 from drake_tracker.report.failure_diagnosis.stages import MEANINGS, WORDS, Stage
 from drake_tracker.tasks.tracks import tell_reasons
 from drake_tracker.tasks.train.closing import clearance
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.vision.silhouettes.target import Reason
 
 _BY_WORD = {word: stage for stage, word in WORDS.items()}
@@ -20,11 +20,11 @@ _WORTH_TELLING = 0.1
 """Share of the cycles without a point from which they are mentioned."""
 
 
-def tell_attempt(scenario: TrainScenario, attempt: Mapping[str, Any]) -> str:
+def tell_attempt(setup: TrainSetup, attempt: Mapping[str, Any]) -> str:
     """Returns the sentence on an attempt.
 
     Args:
-        scenario: of the run.
+        setup: the resolved scenario of the run.
         attempt: dict of `autopsy.perform`.
     """
     start = f"Attempt {attempt['number']} at {attempt['launch_s']:.1f} s"
@@ -36,7 +36,7 @@ def tell_attempt(scenario: TrainScenario, attempt: Mapping[str, Any]) -> str:
         return f"{start} gripped the train and lost it, at most {_mm(attempt['lifted_m'])} up{where}.{_cause(attempt)}"
     if outcome == "ended":
         return f"{start} was not finished when the run ended."
-    tolerance = f" (the tolerance across is {_mm(clearance(scenario))})" if where else ""
+    tolerance = f" (the tolerance across is {_mm(clearance(setup))})" if where else ""
     return f"{start} missed{where}{tolerance}.{_cause(attempt)}"
 
 

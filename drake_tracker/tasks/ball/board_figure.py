@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.files.atomic_file import replacing
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.tasks.ball.diagram import board_sight
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
@@ -23,20 +21,19 @@ ZOOM = 15
 """Side of the square part of the image that is enlarged [px]."""
 
 
-def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: Mapping[str, Any], path: Path) -> None:
+def draw_board_found(setup: BallSetup, summary: Mapping[str, Any], path: Path) -> None:
     """Draws the first image of the initialisation with outline, circles and marks of the board at the pose found.
 
     Args:
-        hand_eye: the diagram of the run, with the attribute ``poses``.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         summary: what `summarise_ball` returned.
         path: PNG file to write.
     """
-    poses = hand_eye.poses
-    camera, _ = board_sight(scenario, poses)
+    poses = setup.poses
+    camera = setup.camera
     touched = (poses.X_WB.inverse() @ poses.points.T).T if len(poses.points) else np.zeros((0, 3))
     touched[:, 2] = 0.0  # position of the tip on the face
-    outline = camera.project(face_corners(scenario.board))
+    outline = camera.project(face_corners(setup.scenario.board))
     marks = camera.project(_on_face(TOUCH_MARKS))
     turn = np.linspace(0.0, 2.0 * np.pi, 61)
     rims = [
@@ -78,7 +75,7 @@ def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: 
                 bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 2.0},
             )
         figure.text(0.03, 0.955, "Position of the board", fontsize=21, weight="bold", va="center")
-        figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
+        figure.text(0.03, 0.915, _pose_words(setup, summary), fontsize=11.5, color=SOFT_INK, va="center")
         figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
         words = (
             f"The centres of the circles fit the pose to {poses.rms:.2f} px rms. The arm touched three\n"
@@ -89,8 +86,8 @@ def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: 
             figure.savefig(beside, dpi=150)
 
 
-def _pose_words(scenario: BallScenario, summary: Mapping[str, Any]) -> str:
-    words = [f"scenario {scenario.name}, seed {scenario.seed}"]
+def _pose_words(setup: BallSetup, summary: Mapping[str, Any]) -> str:
+    words = [f"scenario {setup.scenario.name}, seed {setup.scenario.seed}"]
     for key, name in (("board_in_camera_error", "camera"), ("board_in_world_error", "touch")):
         place, turn = summary[key]
         words.append(f"{name}: error of {1e3 * place:.1f} mm and {np.rad2deg(turn):.2f} deg")

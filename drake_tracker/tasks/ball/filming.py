@@ -11,9 +11,8 @@ from drake_tracker.core.messages import CatchDiagnosis
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import board_sight, known_edge, rendered_window
 from drake_tracker.tasks.ball.predicted_path import PredictedPath
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
@@ -39,16 +38,15 @@ def arrival_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
     return f"arrives in {max(diagnosis.time_left, 0.0):.2f} s", f"within {2e3 * diagnosis.std:.0f} mm (2 std)"
 
 
-def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
+def ball_film(setup: BallSetup, hand_eye: HandEyeDiagram) -> Film:
     """Returns what the camera video of a run of the ball shows.
 
     Args:
-        scenario: the scenario.
-        hand_eye: the diagram of the run, with the attribute ``poses``.
+        setup: the resolved scenario.
+        hand_eye: the diagram of the run.
     """
-    poses = hand_eye.poses
-    predicted = PredictedPath(known_edge(scenario, poses))
-    camera, window = board_sight(scenario, poses)
+    scenario, camera = setup.scenario, setup.camera
+    predicted = PredictedPath(setup.edge)
     script = Script(
         phases=CatchPhase,
         predicting=PREDICTING,
@@ -60,10 +58,10 @@ def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
     return Film(
         title=scenario.name,
         subtitle=f"seed {scenario.seed}, board at {scenario.board.incline_deg:g} deg",
-        polygons={SIDE: window.polygon},
+        polygons={SIDE: setup.search_window.polygon},
         image_size=(camera.width, camera.height),
-        cameras={SIDE: replace(camera, X_CW=camera.X_CW @ poses.X_WB.inverse().GetAsMatrix4())},
-        offsets={SIDE: rendered_window(scenario, poses)[:2]},
+        cameras={SIDE: replace(camera, X_CW=camera.X_CW @ setup.poses.X_WB.inverse().GetAsMatrix4())},
+        offsets={SIDE: setup.window[:2]},
         lag=hand_eye.vision.lag,
         lag_cycles=hand_eye.vision.lag / VISION_PERIOD,
         script=script,
@@ -74,14 +72,13 @@ def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
     )
 
 
-def ball_view(scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
+def ball_view(setup: BallSetup) -> View:
     """Returns how the 3-D recording shows a run of the ball.
 
     Args:
-        scenario: the scenario.
-        hand_eye: the diagram of the run, with the attribute ``poses``.
+        setup: the resolved scenario.
     """
-    predicted = PredictedPath(known_edge(scenario, hand_eye.poses))
+    predicted = PredictedPath(setup.edge)
     return View(
         phases=PREDICTING,
         path=partial(predicted.path, count=PATH_MARKS),
@@ -92,9 +89,9 @@ def ball_view(scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
     )
 
 
-def ball_snapshot(scenario: BallScenario) -> Snapshot:
+def ball_snapshot(detector: Any) -> Snapshot:
     """Returns when the images of the detector are kept: while the ball rolls, or before, if it never rolls."""
-    cycles = getattr(scenario.vision.detector, "stride", None)  # None: it compares with the empty board
+    cycles = getattr(detector, "stride", None)  # None: it compares with the empty board
     later = f"Image n + {Fraction(cycles, round(1.0 / VISION_PERIOD))} s" if cycles else "Image"
     titles = ("Image n" if cycles else "Reference image", later, "Thresholded difference")
 

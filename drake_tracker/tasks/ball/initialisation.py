@@ -32,9 +32,9 @@ from drake_tracker.grasp.ball.touch_machine import touched_points
 from drake_tracker.grasp.ball.touch_schema import TouchPhase
 from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
 from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
-from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
+from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.config import BoardCameraConfig, OperatorConfig
 from drake_tracker.world.imaging.cameras import lens_matrix
 
@@ -105,7 +105,17 @@ def make_touching_diagram(scenario: BallScenario) -> BoardTouchingDiagram:
     q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
     time_step = max(scenario.time_step, TOUCH_TIME_STEP)
     still = replace(scenario, time_step=time_step, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
-    world = make_ball_world(still, description=description, q_initial=q_initial, ball_on_board=False)
+    world = BallWorldDiagram(
+        description=description,
+        q_initial=q_initial,
+        board=still.board,
+        ball=still.ball,
+        camera=still.camera,
+        lighting=still.lighting,
+        ball_on_board=False,  # it lies aside, and the gate is open
+        seed=still.seed,
+        time_step=still.time_step,
+    )
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
     return BoardTouchingDiagram(world, model, q_initial, jogs, time_step, BALL_SERVO_PERIOD)
 

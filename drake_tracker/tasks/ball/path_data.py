@@ -5,8 +5,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import known_edge
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.ball.summary import last_verdict, over_the_cup
 from drake_tracker.tasks.episode import Log, fresh_packets, phase_spans
 from drake_tracker.tasks.style import FAR_PREDICTED
@@ -24,7 +23,7 @@ class RunOfTheBall:
 
     Args:
         hand_eye: the diagram of the run.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
 
     Attributes:
@@ -43,18 +42,18 @@ class RunOfTheBall:
         predicted: predicted crossings of the packets: x_B [m], time [s], standard deviation [m]; shape (n, 3).
     """
 
-    def __init__(self, hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log) -> None:
+    def __init__(self, hand_eye: HandEyeDiagram, setup: BallSetup, log: Log) -> None:
         self.log, self.laboratory = log, hand_eye.world.laboratory
-        self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
-        self.spans = phase_spans(log, CatchPhase, scenario.time_step)
+        self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * setup.scenario.board.width
+        self.spans = phase_spans(log, CatchPhase, setup.scenario.time_step)
         self.verdict = last_verdict(log)
         self.released = float(self.verdict.released) or None
         self.crossing = float(self.verdict.crossing_time) or None
-        self.over_the_cup = over_the_cup(hand_eye, scenario, log, self.verdict) if self.crossing else None
+        self.over_the_cup = over_the_cup(hand_eye, setup, log, self.verdict) if self.crossing else None
         end = self.spans[-1].end if self.spans else 0.1
         start = max(self.released - BEFORE, 0.0) if self.released else 0.0
         self.shown = (start, max(min(end, self.crossing + AFTER) if self.crossing else end, start + 0.1))
-        delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
+        delivered, edge = log["delivered"], setup.edge
         packets, times, predicted = [], [], []
         for k in fresh_packets(delivered):
             crossing = edge.crossing(delivered.data[k])

@@ -16,7 +16,7 @@ from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.core.messages import Prediction, predicted_points
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.path_data import LONG_BEFORE, WARM, RunOfTheBall
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.ball.summary import HALF_CUP
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.plots import broken, draw_phases, name_colours
@@ -44,35 +44,35 @@ STROBE = 0.25
 
 
 def draw_ball_path(
-    hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, summary: Mapping[str, Any], path: Path
+    hand_eye: HandEyeDiagram, setup: BallSetup, log: Log, summary: Mapping[str, Any], path: Path
 ) -> None:
     """Draws a run as one picture, 3200 x 1800 px: the board from above, the predictions, and the path of the hand.
 
     Args:
         hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         summary: what `summarise_ball` returned.
         path: PNG file to write.
     """
-    run = RunOfTheBall(hand_eye, scenario, log)
+    run = RunOfTheBall(hand_eye, setup, log)
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
-        _draw_board(figure.add_axes((0.045, 0.065, 0.335, 0.755)), run, scenario)
+        _draw_board(figure.add_axes((0.045, 0.065, 0.335, 0.755)), run, setup)
         places = ((0.835, 0.025), (0.505, 0.215), (0.285, 0.140), (0.065, 0.140))
         strip, across, errors, left = (figure.add_axes((0.41, low, 0.565, height)) for low, height in places)
         draw_phases(strip, run.spans, *run.shown)
         _draw_across(across, run)
         _draw_errors(errors, run)
         _draw_time_left(left, run)
-        _draw_headline(figure, scenario, summary)
+        _draw_headline(figure, setup, summary)
         with replacing(path) as beside:
             figure.savefig(beside, dpi=200)
 
 
-def _draw_board(ax: Axes, run: RunOfTheBall, scenario: BallScenario) -> None:
-    board = scenario.board
+def _draw_board(ax: Axes, run: RunOfTheBall, setup: BallSetup) -> None:
+    board = setup.scenario.board
     _draw_furniture(ax, board, run)
     for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.predicted):
         ahead = predicted_points(packet, np.linspace(Prediction(packet).stamp, time, 40))
@@ -222,7 +222,7 @@ def _time_axis(ax: Axes, run: RunOfTheBall, title: str, label: str, pad: float =
             ax.axvline(time, color=RULE, lw=1.0, zorder=0)
 
 
-def _draw_headline(figure: Figure, scenario: BallScenario, summary: Mapping[str, Any]) -> None:
+def _draw_headline(figure: Figure, setup: BallSetup, summary: Mapping[str, Any]) -> None:
     headline = "Ball not caught"
     if summary["success"]:
         headline = (
@@ -233,7 +233,7 @@ def _draw_headline(figure: Figure, scenario: BallScenario, summary: Mapping[str,
         end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
         reason = textwrap.fill(summary["failure_reason"], 118)
         figure.text(end + 0.015, 0.954, reason, fontsize=11.5, color=FAR_PREDICTED, va="center")
-    facts = [f"scenario {scenario.name}, seed {scenario.seed}"]
+    facts = [f"scenario {setup.scenario.name}, seed {setup.scenario.seed}"]
     for key, words, scale in (
         ("roll_s", "rolled {:.2f} s", 1.0),
         ("exit_speed_m_s", "left the board at {:.2f} m/s", 1.0),

@@ -21,14 +21,15 @@ from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.tasks.ball.plausible import catch_problems
-from drake_tracker.tasks.plausible import image_problems
+from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
 from drake_tracker.vision.centroid.detectors import DETECTORS
 from drake_tracker.vision.config import FrameDifference
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
 
 STILL_SUPERSAMPLING = 4
 """Supersampling of the few images of the initialisation: more accurate than usual."""
+RAISED_MARGIN = 0.02
+"""Least height by which the cup is raised with the ball [m]."""
 
 
 @dataclass(frozen=True)
@@ -123,3 +124,32 @@ class BallScenario(BaseScenario):
             if getattr(fault, "camera", "both") != "both":
                 found.append((f"faults[{number}].camera", "must be both: the ball has one camera"))
         return found
+
+
+def catch_problems(scenario: BallScenario) -> Problems:
+    """Returns the settings of the catch that contradict vision, the link, or each other.
+
+    Args:
+        scenario: of the ball.
+    """
+    catch, lag = scenario.catch, lag_of(scenario.vision.throughput_cycles)
+    found = link_problems(scenario, scenario.link, "vision.throughput_cycles", lag)
+    if catch.raised_height < catch.rim_height + RAISED_MARGIN:
+        key = set_by_user(scenario, ["catch.raised_height", "catch.rim_height"])
+        found.append(
+            (
+                key,
+                f"must raise the cup: catch.raised_height is {catch.raised_height:g} m, catch.rim_height "
+                f"{catch.rim_height:g} m, at least {RAISED_MARGIN:g} m apart",
+            )
+        )
+    if not found and lag >= catch.trust_time:
+        key = set_by_user(scenario, ["catch.trust_time", "vision.throughput_cycles"])
+        found.append(
+            (
+                key,
+                f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and catch.trust_time is "
+                f"{catch.trust_time:g} s",
+            )
+        )
+    return found

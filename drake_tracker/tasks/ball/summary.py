@@ -7,11 +7,9 @@ import numpy as np
 from drake_tracker.cameras.boards.board_poses import pose_error
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import CatchVerdict
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
-from drake_tracker.tasks.ball.diagram import known_edge
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
 
@@ -24,7 +22,7 @@ HALF_CUP = 0.030
 
 
 def summarise_ball(
-    hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, simulated: float, interrupted: bool = False
+    hand_eye: HandEyeDiagram, setup: BallSetup, log: Log, simulated: float, interrupted: bool = False
 ) -> dict[str, Any]:
     """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
@@ -54,7 +52,7 @@ def summarise_ball(
 
     Args:
         hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
         interrupted: whether the user ended the run.
@@ -67,26 +65,26 @@ def summarise_ball(
     crossing = float(last.crossing_time) or None
     hand_error = None
     if crossing:
-        hand_error = float(across(hand_eye, log["tool"], crossing) - over_the_cup(hand_eye, scenario, log, last))
+        hand_error = float(across(hand_eye, log["tool"], crossing) - over_the_cup(hand_eye, setup, log, last))
     summary = {
-        "scenario": scenario.name,
-        "seed": scenario.seed,
+        "scenario": setup.scenario.name,
+        "seed": setup.scenario.seed,
         "success": success,
         "failure_reason": None if success else failure_reason(last, hand_error, interrupted),
         "board_in_camera_error": pose_error(hand_eye.poses.X_CB, X_CB),
         "board_in_world_error": pose_error(hand_eye.poses.X_WB, laboratory.X_WB),
         **_positions(hand_eye, log, last),
-        "crossing_error_m": crossing_errors(hand_eye, scenario, log, last),
+        "crossing_error_m": crossing_errors(hand_eye, setup, log, last),
         "hand_error_m": hand_error,
         "roll_s": crossing - last.released if crossing else None,
         "exit_speed_m_s": _exit_speed(log, crossing),
         "hold_s": max(verdicts["held"], default=0.0),
         "board_touched": bool(last.board_touched),
         "self_touched": bool(last.self_touched),
-        **arm_findings(log, limits_of(arm_of(scenario))),
+        **arm_findings(log, limits_of(setup.arm)),
         **packet_findings(log),
         **limiter_findings(log),
-        "lag_s": lag_of(log, scenario.time_step),
+        "lag_s": lag_of(log, setup.scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
         **made_by(),
@@ -140,12 +138,12 @@ def across(hand_eye: HandEyeDiagram, signal: Signal, time: float) -> float:
     return (hand_eye.world.laboratory.X_WB.inverse() @ p_WQ)[0]
 
 
-def over_the_cup(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> float:
+def over_the_cup(hand_eye: HandEyeDiagram, setup: BallSetup, log: Log, verdict: Any) -> float:
     """Returns x_B at which the ball passes over the middle of the cup [m], straight on from where it leaves the board.
 
     Args:
         hand_eye: the diagram of the run.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         verdict: the last `CatchVerdict` of the run, with a crossing.
     """
@@ -153,20 +151,20 @@ def over_the_cup(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, ver
     velocity = np.array([np.interp(verdict.crossing_time, truth.times, truth[v]) for v in ("vx", "vy", "vz")])
     outward = -velocity[:2] @ R_WB[:2, 1] / np.hypot(*R_WB[:2, 1])
     drift = R_WB[:, 0] @ velocity / outward if outward > 0.0 else 0.0
-    return verdict.crossing_x + drift * scenario.catch.beyond
+    return verdict.crossing_x + drift * setup.scenario.catch.beyond
 
 
-def crossing_errors(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> dict[str, float]:
+def crossing_errors(hand_eye: HandEyeDiagram, setup: BallSetup, log: Log, verdict: Any) -> dict[str, float]:
     """Returns {time before the crossing [s]: predicted minus true x_B [m]}, where a crossing was predicted.
 
     Args:
         hand_eye: the diagram of the run.
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         verdict: the last `CatchVerdict` of the run.
     """
     found = {}
-    delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
+    delivered, edge = log["delivered"], setup.edge
     for before in BEFORE_CROSSING:
         index = np.searchsorted(delivered.times, verdict.crossing_time - before) - 1
         predicted = edge.crossing(delivered.data[index]) if verdict.crossing_time and index >= 0 else None

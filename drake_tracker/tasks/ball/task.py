@@ -14,18 +14,17 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import (
-    ball_faults,
     ball_guard,
     ball_host,
     board_detector,
     board_projector,
     board_vision,
     make_ball_diagram,
-    rendered_window,
 )
 from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ball
 from drake_tracker.tasks.episode import Log, phase_spans
@@ -130,7 +129,7 @@ class BallTask(Task[BallScenario]):
     def summarise(
         self, scenario: BallScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
     ) -> dict[str, Any]:
-        return summarise_ball(hand_eye, scenario, log, simulated, interrupted)
+        return summarise_ball(hand_eye, resolve(scenario, hand_eye.poses), log, simulated, interrupted)
 
     def free_motion(self, scenario: BallScenario, log: Log) -> BallFreeMotion:
         return BallFreeMotion(scenario, log)
@@ -141,20 +140,21 @@ class BallTask(Task[BallScenario]):
         from drake_tracker.tasks.ball.board_figure import draw_board_found  # Matplotlib is slow to load
         from drake_tracker.tasks.ball.path_figure import draw_ball_path
 
-        draw_ball_path(hand_eye, scenario, log, summary, folder / "ball_path.png")
-        draw_board_found(hand_eye, scenario, summary, folder / "board.png")
+        setup = resolve(scenario, hand_eye.poses)
+        draw_ball_path(hand_eye, setup, log, summary, folder / "ball_path.png")
+        draw_board_found(setup, summary, folder / "board.png")
 
     def subtitle(self, scenario: BallScenario) -> str:
         return f"seed {scenario.seed}, board at {scenario.board.incline_deg:g}°"
 
     def film(self, scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
-        return ball_film(scenario, hand_eye)
+        return ball_film(resolve(scenario, hand_eye.poses), hand_eye)
 
     def snapshot(self, scenario: BallScenario) -> Snapshot:
-        return ball_snapshot(scenario)
+        return ball_snapshot(scenario.vision.detector)
 
     def view(self, scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
-        return ball_view(scenario, hand_eye)
+        return ball_view(resolve(scenario, hand_eye.poses))
 
     def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
         details = []
@@ -175,15 +175,15 @@ class BallTask(Task[BallScenario]):
         vision: System | None = None
         images: dict[str, tuple[int, int]] = {}
         poses = load_poses(folder / POSES_FILE)
+        setup = resolve(scenario, poses)
         if start == "images":
-            rendered = rendered_window(recorded, poses)
-            vision = board_vision(scenario, poses, board_detector(scenario, poses, rendered), rendered)
-            images = {"camera": rendered[2:]}
+            window = resolve(recorded, poses).window
+            vision = board_vision(setup, board_detector(setup, window), window)
+            images = {"camera": window[2:]}
         elif start == "centroids":
-            vision = board_projector(scenario, poses)
+            vision = board_projector(setup)
             vision.set_name("projector")
-        link = link_of(scenario, ball_faults(scenario))
-        return ReplayParts(vision, images, ball_host(scenario, poses), link, ball_guard(scenario, poses))
+        return ReplayParts(vision, images, ball_host(setup), link_of(scenario, setup.faults), ball_guard(setup))
 
 
 TASK = BallTask()

@@ -1,6 +1,7 @@
 """The task of a conveyor: an arm picks parts from a moving belt and puts them into the cells of two trays.
 
-A `ConveyorScenario` goes in; `make_conveyor_diagram` makes the hand-eye diagram from it. After a run, its log goes into
+A scenario goes in. `resolve` computes what it amounts to, a `ConveyorSetup`, and `build` makes the hand-eye diagram of
+it. Begin with `scenario.py`, `setup.py` and `diagram.py`. After a run, its log goes into
 `part_histories`, what became of each part, and `summarise_conveyor`, which counts them and says why parts were missed.
 """
 

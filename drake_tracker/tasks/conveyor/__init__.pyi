@@ -1,8 +1,10 @@
-from .diagram import arrivals_of as arrivals_of
+from .diagram import add_arm as add_arm
+from .diagram import add_world as add_world
+from .diagram import build as build
 from .diagram import conveyor_guard as conveyor_guard
 from .diagram import conveyor_host as conveyor_host
 from .diagram import conveyor_link as conveyor_link
-from .diagram import filling_order as filling_order
+from .diagram import image_vision as image_vision
 from .diagram import make_conveyor_diagram as make_conveyor_diagram
 from .figures import draw_conveyor as draw_conveyor
 from .lost_parts import LostPart as LostPart
@@ -12,10 +14,10 @@ from .part_history import part_histories as part_histories
 from .scenario import ConveyorScenario as ConveyorScenario
 from .scenario import Measured as Measured
 from .scenario import Rendered as Rendered
+from .setup import ConveyorSetup as ConveyorSetup
+from .setup import resolve as resolve
 from .summary import summarise_conveyor as summarise_conveyor
 from .task import ConveyorTask as ConveyorTask
 from .vision_errors import vision_errors as vision_errors
-from .vision_parts import image_vision as image_vision
-from .vision_parts import make_vision as make_vision
 from .windows import clairvoyant_picks as clairvoyant_picks
 from .windows import could_be_picked as could_be_picked

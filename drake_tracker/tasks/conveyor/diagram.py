@@ -1,19 +1,20 @@
-"""Builds the hand-eye diagram of the conveyor from a scenario."""
+"""Builds the hand-eye diagram of the conveyor, its boxes in the order of the data."""
 
-import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.arm.safety.packet_guard import PacketGuard
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import PickOrder
 from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
-from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.hand_eye import WITH_ENCODER, WITH_ORDERS, HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.dispatch.candidate import Cell
 from drake_tracker.dispatch.cycle_time import CycleModel
@@ -21,36 +22,32 @@ from drake_tracker.dispatch.kinds import make_dispatcher
 from drake_tracker.dispatch.order_tracker import OrderClerk
 from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
 from drake_tracker.estimation.belt import BeltEstimator
-from drake_tracker.faults.fault import Fault
-from drake_tracker.faults.kinds import make_faults
 from drake_tracker.grasp.conveyor.pick_machine import PickMachine
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.grasp.conveyor.pick_system import PickSystem
 from drake_tracker.link.link_diagram import LinkDiagram
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.tasks.conveyor.vision_parts import image_pipeline, make_vision
-from drake_tracker.world.conveyor.arrivals import Arrival, draw_arrivals
-from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.scenarios.base import BaseScenario
+from drake_tracker.tasks.conveyor.scenario import Measured
+from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup, resolve
+from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
 from drake_tracker.world.conveyor.conveyor_plant import TABLE_BELOW
 from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
 from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.train.plant import table_box
 
 SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand has not yet begun to descend."""
 CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
 """Phases in which it carries a part, puts it down or comes back."""
-CELL_YAW = 0.5 * np.pi
-"""Direction of x_P of a part in its cell [rad]: the jaws open across the columns, where neighbours leave room."""
-PART_HEIGHT = 0.015
-"""Height of the origin of a part above the belt, for the pose in which the hand waits [m]."""
 HIGHEST_PART = 0.05
 """Largest height of the origin of a part above the floor of its cell [m]."""
 BESIDE_BELT = 0.02
 """Distance beside and above the belt up to which a packet may begin [m]."""
 
 
-def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
+def make_conveyor_diagram(scenario: BaseScenario) -> HandEyeDiagram:
     """Returns the hand-eye diagram of a scenario.
 
     Args:
@@ -58,115 +55,165 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
-    arrivals = arrivals_of(scenario)
-    if not arrivals:
+    return build(resolve(scenario))
+
+
+def build(setup: ConveyorSetup) -> HandEyeDiagram:
+    """Adds and connects the five boxes of a hand-eye system.
+
+    Args:
+        setup: the resolved scenario.
+
+    Raises DrakeTrackerError when the scenario cannot be built.
+    """
+    scenario = setup.scenario
+    if not setup.arrivals:
         raise DrakeTrackerError(
             f"{scenario.where('duration')}: no part arrives within {scenario.duration:g} s with seed {scenario.seed}; "
             "choose a longer run, or a larger arrivals.rate"
         )
-    description = arm_of(scenario)
-    model = make_arm_model(description)
-    home = home_reference(scenario)
-    over_home = tool_down(home[:3] + [0.0, 0.0, scenario.pick.hover_height], home[3])
-    q_initial = joints_for(model, description.q_start, over_home)
-    q_initial[-1] = math.remainder(q_initial[-1], math.pi)  # jaws are the same after half a turn
-    pipeline = image_pipeline(scenario)
-    vision, windows = make_vision(scenario, arrivals, pipeline)
-    world = ConveyorWorldDiagram(
-        description=description,
-        q_initial=q_initial,
-        arrivals=arrivals,
-        duration=scenario.duration,
-        belt=scenario.belt,
-        tray=scenario.tray,
-        grip_force=scenario.pick.grip_force,
-        jaw_opening=scenario.pick.jaw_opening,
-        cameras=scenario.cameras,
-        lighting=scenario.lighting,
-        windows=windows,
-        pipeline=pipeline,
-        faults=conveyor_faults(scenario),
-        seed=scenario.seed,
-        time_step=scenario.time_step,
-    )
-    link = conveyor_link(scenario)
-    decision = PickSystem(
-        PickMachine(scenario.pick, model, SERVO_PERIOD, home, place_volume(scenario)), scenario.time_step
-    )
-    decision.set_name("pick")
-    arm = ArmDiagram(
-        decision,
-        conveyor_guard(scenario),
-        scenario.servo,
-        model,
-        q_initial,
-        home,
-        scenario.time_step,
-        jaw_opening=scenario.pick.jaw_opening,
-        clearance=ArmClearance(description, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
-        swings=True,
-    )
-    connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
-    return HandEyeDiagram(world, vision, conveyor_host(scenario), link, arm, connections)
+    builder = DiagramBuilder()
+    vision = make_vision(setup)
+    world = add_world(setup, builder)
+    builder.AddSystem(vision)
+    host = builder.AddSystem(conveyor_host(setup))
+    link = builder.AddSystem(conveyor_link(setup))
+    arm = add_arm(setup, builder)
+
+    # Images become parts on the belt. The host also reads the encoder of the belt, and what the arm reports.
+    connect(builder, world, vision)
+    connect(builder, vision, host)
+    connect(builder, arm, host)
+    connect(builder, world, host)
+    # Packets of predicted path and orders go over the link.
+    connect(builder, host, link, prediction="packet")
+    connect(builder, link, arm, delivered="packet", delivered_order="order")
+    # The arm reads its joints and jaws, and drives them.
+    connect(builder, world, arm)
+    connect(builder, arm, world)
+
+    return HandEyeDiagram(builder, world=world, vision=vision, host=host, link=link, arm=arm)
 
 
-def conveyor_faults(scenario: ConveyorScenario) -> tuple[Fault, ...]:
-    """Returns what goes wrong in a scenario."""
-    if not scenario.faults:
-        return ()
-    description = arm_of(scenario)
-    return make_faults(
-        scenario.faults,
-        seed=scenario.seed,
-        servo_inertia=description.servo_inertia,
-        finger_stiffness=description.finger_stiffness,
-        time_step=scenario.time_step,
-        belt_middle=scenario.belt.middle,
-        belt_height=scenario.belt.height,
-    )
+def add_world(setup: ConveyorSetup, builder: DiagramBuilder) -> ConveyorWorldDiagram:
+    """Adds the laboratory: belt, parts, trays, arm, cameras, lamps, and the judge.
 
-
-def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
-    """Returns the parts that arrive in a run, in the order of their arrival."""
-    motion = make_belt_motion(scenario.belt)
-    return draw_arrivals(
-        scenario.arrivals, belt=scenario.belt, motion=motion, duration=scenario.duration, seed=scenario.seed
-    )
-
-
-def home_reference(scenario: ConveyorScenario) -> np.ndarray:
-    """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
-    y, z = scenario.window.y_wait, scenario.belt.height + PART_HEIGHT
-    return np.array([scenario.belt.middle, y, z, CELL_YAW])
-
-
-def filling_order(scenario: ConveyorScenario) -> list[int]:
-    """Returns the numbers of the cells in the order in which they are filled.
-
-    The tray that is nearer to the waiting hand comes first. In a tray, y decreases from row to row: the jaws hold an
-    ell beside its middle, and stand over the edge of the next cell towards -y, which must still be empty.
+    Args:
+        setup: the resolved scenario.
+        builder: of the diagram.
     """
-    x, y = cell_centres(scenario.tray).T
-    farther = np.abs(np.sign(y) - np.sign(scenario.window.y_wait)) > 1.0
-    return np.lexsort((x, -y.round(6), farther)).tolist()
+    scenario = setup.scenario
+    return builder.AddSystem(
+        ConveyorWorldDiagram(
+            description=setup.arm,
+            q_initial=setup.q_initial,
+            arrivals=setup.arrivals,
+            duration=scenario.duration,
+            belt=scenario.belt,
+            tray=scenario.tray,
+            grip_force=scenario.pick.grip_force,
+            jaw_opening=scenario.pick.jaw_opening,
+            cameras=scenario.cameras,
+            lighting=scenario.lighting,
+            windows={} if setup.measured else {f"camera_{side}": setup.windows[side] for side in SIDES},
+            pipeline=setup.pipeline,
+            faults=setup.faults,
+            seed=scenario.seed,
+            time_step=scenario.time_step,
+        )
+    )
 
 
-def place_volume(scenario: ConveyorScenario) -> np.ndarray:
-    """Returns the lowest and the highest corner in W of the box in which parts may be put down, shape (2, 3) [m]."""
-    centres, half, floor = cell_centres(scenario.tray), 0.5 * scenario.tray.cell, scenario.belt.height
-    low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
-    return np.array([[*low, floor], [*high, floor + HIGHEST_PART]])
+def make_vision(setup: ConveyorSetup) -> Diagram:
+    """Returns the vision of a run.
+
+    Args:
+        setup: the resolved scenario.
+
+    Raises DrakeTrackerError when the calibration file cannot be used, or the cameras do not see the belt.
+    """
+    if setup.measured:
+        return measured_vision(setup)
+    latency = 0 if setup.pipeline is None else setup.pipeline.latency
+    return image_vision(setup, setup.windows, image_latency=latency)
 
 
-def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
-    """Returns the host of a scenario: estimator, dispatcher and orders as a System."""
+def measured_vision(setup: ConveyorSetup) -> MeasuredPartsDiagram:
+    """Returns the vision without cameras, which sees the belt from its entry to its end.
+
+    Args:
+        setup: the resolved scenario.
+    """
+    settings, belt = setup.scenario.vision, setup.scenario.belt
+    assert isinstance(settings, Measured)
+    system = MeasuredPartsSystem(
+        settings,
+        [arrival.kind for arrival in setup.arrivals],
+        belt_height=belt.height,
+        view=setup.belt_between(belt.entry, belt.end),
+        seed=setup.scenario.seed,
+    )
+    return MeasuredPartsDiagram(system, settings.lag_cycles)
+
+
+def image_vision(setup: ConveyorSetup, windows: Mapping[str, ImageWindow], **more: Any) -> PartVisionDiagram:
+    """Returns the vision on images, which reports parts from the entry of the belt to its end.
+
+    Args:
+        setup: the resolved scenario.
+        windows: {side: window of the full image that the images show}.
+        **more: further arguments of `PartVisionDiagram`.
+
+    Raises DrakeTrackerError when the calibration file cannot be used, or the cameras do not see the belt.
+    """
+    settings, belt = setup.rendered, setup.scenario.belt
+    check_view(setup)
+    return PartVisionDiagram(
+        setup.cameras,
+        image_windows=windows,
+        belt=setup.seen_belt,
+        belt_height=belt.height,
+        reach=(belt.entry, belt.end),
+        settings=settings.parts,
+        arm=(ArmShape(setup.arm), len(setup.arm.q_start)) if settings.parts.mask_arm else None,
+        lag_cycles=settings.lag_cycles,
+        update_cycles=settings.update_cycles,
+        **more,
+    )
+
+
+def check_view(setup: ConveyorSetup) -> None:
+    """Raises DrakeTrackerError when a camera does not see the whole belt from its entry to the end of the window.
+
+    Args:
+        setup: the resolved scenario.
+    """
+    scenario = setup.scenario
+    first, last = scenario.belt.entry, scenario.window.y_last
+    (x0, y0), (x1, y1) = setup.belt_between(first, last)
+    corners = np.array([[x, y, scenario.belt.height] for x in (x0, x1) for y in (y0, y1)])
+    for side, camera in setup.cameras.items():
+        if not camera.sees(corners).all():
+            raise DrakeTrackerError(
+                f"{scenario.where('cameras')}: the {side} camera does not see the whole belt from belt.entry, "
+                f"y = {first:g} m, to window.y_last, {last:g} m; move the cameras and calibrate them, or use !Measured"
+            )
+
+
+def conveyor_host(setup: ConveyorSetup) -> PickHostSystem:
+    """Returns the host: estimator, dispatcher and orders as a System.
+
+    Args:
+        setup: the resolved scenario.
+    """
+    scenario = setup.scenario
     centres = cell_centres(scenario.tray)
     model = CycleModel(scenario.cycle, scenario.window)
     clerk = OrderClerk(
         make_dispatcher(scenario.dispatch, model, scenario.eligibility),
         model,
         [Cell(x, y) for x, y in centres],
-        filling_order(scenario),
+        setup.filling_order,
     )
     host = PickHostSystem(
         BeltEstimator(scenario.estimator),
@@ -181,17 +228,64 @@ def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
     return host
 
 
-def conveyor_link(scenario: ConveyorScenario) -> LinkDiagram:
-    """Returns the link of a scenario, which carries packets and orders."""
-    faults = conveyor_faults(scenario)
-    return LinkDiagram(link_of(scenario, faults), link_of(scenario, faults, PickOrder), "order")
+def conveyor_link(setup: ConveyorSetup) -> LinkDiagram:
+    """Returns the link, which carries packets and orders.
+
+    Args:
+        setup: the resolved scenario.
+    """
+    packets, orders = link_of(setup.scenario, setup.faults), link_of(setup.scenario, setup.faults, PickOrder)
+    return LinkDiagram(packets, orders, "order")
 
 
-def conveyor_guard(scenario: ConveyorScenario) -> PacketGuard:
-    """Returns the receiver of a scenario's packets. Their paths begin on the belt, where it is seen."""
-    belt, half = scenario.belt, 0.5 * scenario.belt.width + BESIDE_BELT
+def add_arm(setup: ConveyorSetup, builder: DiagramBuilder) -> ArmDiagram:
+    """Adds the computer of the arm: packet guard, servo, pick machine, transform equation and inverse kinematics.
+
+    Args:
+        setup: the resolved scenario.
+        builder: of the diagram.
+    """
+    scenario, model = setup.scenario, setup.model
+    machine = PickMachine(scenario.pick, model, SERVO_PERIOD, setup.home, place_volume(setup))
+    decision = PickSystem(machine, scenario.time_step)
+    decision.set_name("pick")
+    return builder.AddSystem(
+        ArmDiagram(
+            decision,
+            conveyor_guard(setup),
+            scenario.servo,
+            model,
+            setup.q_initial,
+            setup.home,
+            scenario.time_step,
+            jaw_opening=scenario.pick.jaw_opening,
+            clearance=ArmClearance(setup.arm, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
+            swings=True,
+        )
+    )
+
+
+def place_volume(setup: ConveyorSetup) -> np.ndarray:
+    """Returns the lowest and the highest corner in W of the box in which parts may be put down, shape (2, 3) [m].
+
+    Args:
+        setup: the resolved scenario.
+    """
+    tray, floor = setup.scenario.tray, setup.scenario.belt.height
+    centres, half = cell_centres(tray), 0.5 * tray.cell
+    low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
+    return np.array([[*low, floor], [*high, floor + HIGHEST_PART]])
+
+
+def conveyor_guard(setup: ConveyorSetup) -> PacketGuard:
+    """Returns the receiver of packets. Their paths begin on the belt, where it is seen.
+
+    Args:
+        setup: the resolved scenario.
+    """
+    belt, half = setup.scenario.belt, 0.5 * setup.scenario.belt.width + BESIDE_BELT
     volume = [
         [belt.middle - half, belt.entry, belt.height],
         [belt.middle + half, belt.end, belt.height + BESIDE_BELT],
     ]
-    return PacketGuard(scenario.guard, np.array(volume), belt.height)
+    return PacketGuard(setup.scenario.guard, np.array(volume), belt.height)

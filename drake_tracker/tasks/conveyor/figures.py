@@ -15,7 +15,7 @@ from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import PartHistory, part_histories
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.plots import draw_phases, name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, phase_colour
@@ -41,39 +41,39 @@ _BESIDE = 0.06
 
 
 def draw_conveyor(
-    scenario: ConveyorScenario, arrivals: Sequence[Arrival], log: Log, summary: Mapping[str, Any], path: Path
+    setup: ConveyorSetup, arrivals: Sequence[Arrival], log: Log, summary: Mapping[str, Any], path: Path
 ) -> None:
     """Draws a run as one picture, 3200 x 1800 px.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         arrivals: the parts of the run.
         log: {name: Signal} of the run.
         summary: what `summarise_conveyor` returned.
         path: PNG file to write.
     """
-    histories = part_histories(scenario, arrivals, log)
-    spans = phase_spans(log, PickPhase, scenario.time_step)
+    histories = part_histories(setup, arrivals, log)
+    spans = phase_spans(log, PickPhase, setup.scenario.time_step)
     end = max(float(log["truth_fates"].times[-1]) if len(log["truth_fates"].times) else 0.0, 0.1)
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
         places = ((0.335, 0.470), (0.255, 0.028), (0.065, 0.125))
         belt, strip, rate = (figure.add_axes((0.045, low, 0.70, height)) for low, height in places)
-        _draw_belt(belt, scenario, histories, log, end)
+        _draw_belt(belt, setup, histories, log, end)
         draw_phases(strip, spans, 0.0, end)
         strip.set_title("")
         seen = sorted({span.phase for span in spans})
         name_colours(strip, [("Phases", INK), *((phase.name.lower(), phase_colour(phase)) for phase in seen)], 1.25)
         _draw_rate(rate, histories, end)
-        _draw_trays(figure.add_axes((0.79, 0.065, 0.20, 0.74)), scenario, histories, log)
-        _draw_headline(figure, scenario, summary)
+        _draw_trays(figure.add_axes((0.79, 0.065, 0.20, 0.74)), setup, histories, log)
+        _draw_headline(figure, setup, summary)
         with replacing(path) as beside:
             figure.savefig(beside, dpi=200)
 
 
-def _draw_belt(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHistory], log: Log, end: float) -> None:
-    window, belt = scenario.window, scenario.belt
+def _draw_belt(ax: Axes, setup: ConveyorSetup, histories: Sequence[PartHistory], log: Log, end: float) -> None:
+    window, belt = setup.scenario.window, setup.scenario.belt
     ax.axhspan(window.y_first, window.y_last, color=_WINDOW, lw=0, zorder=0)
     for line, words in ((belt.entry, "entry"), (belt.end, "end of the belt")):
         ax.axhline(line, color=RULE, lw=1.0, zorder=1)
@@ -149,11 +149,11 @@ def rate_per_minute(events: np.ndarray, times: np.ndarray, span: float) -> np.nd
     return 60.0 * count / np.clip(times, 0.25 * span, span)
 
 
-def _draw_trays(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHistory], log: Log) -> None:
-    belt, tray, states = scenario.belt, scenario.tray, log["truth_part_states"]
+def _draw_trays(ax: Axes, setup: ConveyorSetup, histories: Sequence[PartHistory], log: Log) -> None:
+    belt, tray, states = setup.scenario.belt, setup.scenario.tray, log["truth_part_states"]
     low, high = belt.entry - _BESIDE, belt.end + _BESIDE
     ax.add_patch(Rectangle((belt.middle - 0.5 * belt.width, low), belt.width, high - low, fc=_BELT, lw=0, zorder=0))
-    window = scenario.window
+    window = setup.scenario.window
     corner = (belt.middle - 0.5 * belt.width, window.y_first)
     ax.add_patch(Rectangle(corner, belt.width, window.y_last - window.y_first, fc="#d9e4da", lw=0, zorder=1))
     centres = cell_centres(tray)
@@ -178,10 +178,10 @@ def _draw_trays(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHi
     ax.set_title("At the end; y  [m]", pad=27)
 
 
-def _draw_headline(figure: Figure, scenario: ConveyorScenario, summary: Mapping[str, Any]) -> None:
+def _draw_headline(figure: Figure, setup: ConveyorSetup, summary: Mapping[str, Any]) -> None:
     headline = f"{summary['placed_of_these']} of {summary['could_be_picked']} parts that could be picked were placed"
     figure.text(0.045, 0.955, headline, fontsize=21, weight="bold", va="center")
-    facts = [f"scenario {scenario.name}, seed {scenario.seed}"]
+    facts = [f"scenario {setup.scenario.name}, seed {setup.scenario.seed}"]
     facts += [f"{summary[name]} {name}" for name in ("arrived", "picked", "missed", "dropped", "misplaced")]
     if summary["picks_per_minute"] is not None:
         facts.append(f"{summary['picks_per_minute']:.1f} picks a minute")

@@ -9,9 +9,8 @@ from drake_tracker.core.messages import PickDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
-from drake_tracker.tasks.calibrated import calibrated_cameras
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Rendered
-from drake_tracker.tasks.conveyor.vision_parts import seen_belt
+from drake_tracker.tasks.conveyor.scenario import Rendered
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, View
 from drake_tracker.vision.parts.part_vision_diagram import belt_window
 
@@ -50,24 +49,24 @@ CONVEYOR_VIEW = View(
 )
 
 
-def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
+def conveyor_film(setup: ConveyorSetup, hand_eye: HandEyeDiagram) -> Film:
     """Returns what the camera video of a run of the conveyor shows.
 
     Args:
-        scenario: scenario with ``vision: !Rendered``.
+        setup: of a scenario with ``vision: !Rendered``.
         hand_eye: the diagram of the run.
     """
-    config, cameras, belt = scenario.cameras, calibrated_cameras(scenario), seen_belt(scenario)
-    vision = scenario.vision
+    config, cameras, belt = setup.scenario.cameras, setup.cameras, setup.seen_belt
+    vision, height = setup.scenario.vision, setup.scenario.belt.height
     return Film(
-        title=scenario.name,
-        subtitle=f"seed {scenario.seed}, {scenario.belt.speed:g} m/s",
-        polygons={side: belt_window(camera, belt, scenario.belt.height).polygon for side, camera in cameras.items()},
+        title=setup.scenario.name,
+        subtitle=f"seed {setup.scenario.seed}, {setup.scenario.belt.speed:g} m/s",
+        polygons={side: belt_window(camera, belt, height).polygon for side, camera in cameras.items()},
         image_size=(config.width, config.height),
         cameras=cameras,
         offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in cameras},
-        lag=scenario.vision.lag_cycles * VISION_PERIOD,
-        lag_cycles=scenario.vision.lag_cycles,
+        lag=setup.scenario.vision.lag_cycles * VISION_PERIOD,
+        lag_cycles=setup.scenario.vision.lag_cycles,
         every=round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD)),
         update_cycles=vision.update_cycles if isinstance(vision, Rendered) else 1,
         script=CONVEYOR_SCRIPT,

@@ -12,7 +12,7 @@ from drake_tracker.dispatch.candidate import Candidate, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import PICKING, PartHistory
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
@@ -54,7 +54,7 @@ class Chance:
 
 
 def lost_parts(
-    scenario: ConveyorScenario, histories: Sequence[PartHistory], log: Log, simulated: float
+    setup: ConveyorSetup, histories: Sequence[PartHistory], log: Log, simulated: float
 ) -> tuple[LostPart, ...]:
     """Returns the parts that arrived and were not placed, in the order of arrival, with the cause for each.
 
@@ -76,22 +76,22 @@ def lost_parts(
     - "out of reach": whenever the hand was free, it was too late to reach it within the window.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         histories: of all parts.
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
     """
     owner = {number: part.number for part in histories for number in part.tracks}
     reported, estimated = _times_of(log["parts"], 2, PART_FIELDS), _times_of(log["belt"], 4, BELT_FIELDS)
-    free, followed, busy = chances(scenario, log), _followed(log), _being_picked(log)
-    motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
+    free, followed, busy = chances(setup, log), _followed(log), _being_picked(log)
+    motion, cells = make_belt_motion(setup.scenario.belt), len(cell_centres(setup.scenario.tray))
     filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
     full_at = filled[cells - 1] if len(filled) >= cells else np.inf
     found = []
     for part in histories:
         if part.fate in (PartFate.UPSTREAM, PartFate.PLACED):
             continue
-        enters, leaves = window_times(scenario, part.arrival, motion)
+        enters, leaves = window_times(setup, part.arrival, motion)
         numbers = part.tracks
         seen = min((reported[number][0] for number in numbers), default=np.inf)
         known = np.sort(
@@ -113,7 +113,7 @@ def lost_parts(
             cause, words = "run ended", "the hand was about to pick it when the run ended"
         elif part.attempted:
             cause, words = "grasp failed", "the hand descended towards it, and the jaws did not hold it"
-        elif not could_be_picked(scenario, part.arrival, simulated):
+        elif not could_be_picked(setup, part.arrival, simulated):
             cause, words = "arrived too late", "the run ended before it could have been picked and placed"
         elif seen >= leaves:
             cause, words = "not seen in time", f"vision did not report it before it left the window at {leaves:.1f} s"
@@ -143,19 +143,19 @@ def counted(lost: Sequence[LostPart]) -> dict[str, int]:
     return dict(Counter(part.cause for part in lost).most_common())
 
 
-def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
+def chances(setup: ConveyorSetup, log: Log) -> dict[int, Chance]:
     """Returns {number of a track: its first chance}, for parts that a free hand left on the belt.
 
     The hand is free while it waits, and when it sets out for a part.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
     """
     command, status, order, belt = (log[name] for name in ("command", "status", "order", "belt"))
     if not all(len(signal.times) for signal in (command, status, order, belt)):
         return {}
-    model, limits = CycleModel(scenario.cycle, scenario.window), scenario.eligibility
+    model, limits = CycleModel(setup.scenario.cycle, setup.scenario.window), setup.scenario.eligibility
     rows = belt.data[:, 4:].reshape(len(belt.times), -1, len(BELT_FIELDS))
     phases = command["phase"].astype(int)
     begins = np.diff(phases, prepend=-1) != 0

@@ -10,7 +10,7 @@ from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, pa
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.conveyor.arrivals import Arrival
 from drake_tracker.world.conveyor.part_fates import PartFate
@@ -77,11 +77,11 @@ class PartHistory:
     placement: Placement | None
 
 
-def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log: Log) -> tuple[PartHistory, ...]:
+def part_histories(setup: ConveyorSetup, arrivals: Sequence[Arrival], log: Log) -> tuple[PartHistory, ...]:
     """Returns what became of each part, in the order of arrival.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         arrivals: the parts of the run.
         log: {name: Signal} of the run.
     """
@@ -90,7 +90,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         return ()
     tracks = tracks_of(log, len(arrivals))
     ordered: dict[int, Any] = dict(zip(log["order"]["number"].astype(int).tolist(), log["order"].data))
-    attempted, roomy = _attempted(log), _with_room(scenario, log)
+    attempted, roomy = _attempted(log), _with_room(setup, log)
     order_fields = log["order"].names
     histories = []
     for k, arrival in enumerate(arrivals):
@@ -102,7 +102,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         placement = None
         if fate[-1] == PartFate.PLACED and order is not None:
             pose = states.view(*(f"{field}_{k}" for field in ("x", "y", "qw", "qx", "qy", "qz")))[-1]
-            placement = _placement(scenario, arrival, pose, int(order["cell"]), order["place_yaw"])
+            placement = _placement(setup, arrival, pose, int(order["cell"]), order["place_yaw"])
         histories.append(
             PartHistory(
                 number=k + 1,
@@ -145,19 +145,17 @@ def tracks_of(log: Log, count: int) -> list[set[int]]:
     return tracks
 
 
-def _placement(
-    scenario: ConveyorScenario, arrival: Arrival, pose: np.ndarray, cell: int, place_yaw: float
-) -> Placement:
+def _placement(setup: ConveyorSetup, arrival: Arrival, pose: np.ndarray, cell: int, place_yaw: float) -> Placement:
     """Returns how a part lies.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         arrival: of the part.
         pose: x, y [m] and quaternion w, x, y, z of its frame P in W, shape (6,).
         cell: number of the cell that was ordered.
         place_yaw: direction that was ordered [rad].
     """
-    shape, tray = PART_SHAPES[arrival.kind], scenario.tray
+    shape, tray = PART_SHAPES[arrival.kind], setup.scenario.tray
     x, y, qw, qx, qy, qz = pose
     yaw = np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2)
     centre = cell_centres(tray)[cell]
@@ -179,12 +177,12 @@ def _attempted(log: Log) -> set[int]:
     return {packet_target(seq) for seq in np.unique(target["seq"][:count][trying])}
 
 
-def _with_room(scenario: ConveyorScenario, log: Log) -> set[int]:
+def _with_room(setup: ConveyorSetup, log: Log) -> set[int]:
     """Returns the numbers of the parts that ever had room for the jaws in the picking window, as the host saw it."""
     rows = log["belt"].data[:, 4:].reshape(-1, len(BELT_FIELDS))
     number, y, clear = (rows[:, BELT_FIELDS.index(name)] for name in ("number", "y", "clear"))
-    inside = (number > 0) & (y >= scenario.window.y_first) & (y <= scenario.window.y_last)
-    return set(np.unique(number[inside & (clear >= scenario.eligibility.min_clear)]).astype(int))
+    inside = (number > 0) & (y >= setup.scenario.window.y_first) & (y <= setup.scenario.window.y_last)
+    return set(np.unique(number[inside & (clear >= setup.scenario.eligibility.min_clear)]).astype(int))
 
 
 def _first(times: np.ndarray, flags: np.ndarray) -> float | None:

@@ -5,8 +5,8 @@ import numpy as np
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import packet_target
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.part_history import tracks_of
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log, during, phase_spans
 from drake_tracker.tasks.plots import LONG
 
@@ -57,7 +57,7 @@ class PickFreeMotion:
         spans: phases of the run.
     """
 
-    def __init__(self, scenario: ConveyorScenario, log: Log) -> None:
+    def __init__(self, scenario: BaseScenario, log: Log) -> None:
         self.spans = phase_spans(log, PickPhase, scenario.time_step)
         times = log["delivered"].times
         part = target_parts(log, times, len(log["truth_fates"].names))

@@ -8,11 +8,10 @@ import numpy as np
 from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.conveyor.lost_parts import counted, lost_parts
 from drake_tracker.tasks.conveyor.part_history import PartHistory, part_histories
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, could_be_picked
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
@@ -26,7 +25,7 @@ _TOUCHES = ("belt_touched", "tray_touched", "table_touched", "self_touched")
 
 
 def summarise_conveyor(
-    scenario: ConveyorScenario,
+    setup: ConveyorSetup,
     arrivals: Sequence[Arrival],
     log: Log,
     simulated: float,
@@ -62,25 +61,25 @@ def summarise_conveyor(
     - ``lag_s``: smallest and greatest time from the stamp of an image to the packet based on it.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         arrivals: the parts of the run.
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
         interrupted: whether the user ended the run.
     """
-    histories = part_histories(scenario, arrivals, log)
+    histories = part_histories(setup, arrivals, log)
     verdict = last_verdict(log)
-    possible = [part for part in histories if could_be_picked(scenario, part.arrival, simulated)]
+    possible = [part for part in histories if could_be_picked(setup, part.arrival, simulated)]
     placed = sum(part.fate is PartFate.PLACED for part in possible)
     success = bool(possible) and placed >= ENOUGH * len(possible)
     placements = [part.placement for part in histories if part.placement is not None]
     turns = [part.placement.turn for part in histories if part.placement is not None and _has_direction(part)]
-    lost = lost_parts(scenario, histories, log, simulated)
+    lost = lost_parts(setup, histories, log, simulated)
     reasons = counted([part for part in lost if histories[part.number - 1].picked_at is None])
-    bound = clairvoyant_picks(scenario, arrivals, simulated)
+    bound = clairvoyant_picks(setup, arrivals, simulated)
     summary = {
-        "scenario": scenario.name,
-        "seed": scenario.seed,
+        "scenario": setup.scenario.name,
+        "seed": setup.scenario.seed,
         "success": success,
         "failure_reason": None if success else failure_reason(verdict, len(possible), placed, reasons, interrupted),
         "could_be_picked": len(possible),
@@ -94,11 +93,11 @@ def summarise_conveyor(
         "missed_because": reasons,
         "lost_parts": {"sentences": [part.sentence for part in lost]},
         **{name: bool(getattr(verdict, name)) for name in _TOUCHES},
-        **arm_findings(log, limits_of(arm_of(scenario))),
+        **arm_findings(log, limits_of(setup.arm)),
         **packet_findings(log),
         **limiter_findings(log),
         "encoder_unused_s": _encoder_unused(log),
-        "lag_s": lag_of(log, scenario.time_step),
+        "lag_s": lag_of(log, setup.scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
         **made_by(),

@@ -32,15 +32,16 @@ from drake_tracker.tasks.conveyor.diagram import (
     conveyor_guard,
     conveyor_host,
     conveyor_link,
+    image_vision,
     make_conveyor_diagram,
 )
 from drake_tracker.tasks.conveyor.filming import CONVEYOR_VIEW, PREDICTING, conveyor_film
 from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
 from drake_tracker.tasks.conveyor.replaying import PickFreeMotion, with_target
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.setup import HIGHEST, resolve
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
-from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, image_vision, rendered_windows, seen_belt
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
@@ -129,13 +130,13 @@ class ConveyorTask(Task[ConveyorScenario]):
     preparation = ""
 
     def uses_cameras(self, scenario: ConveyorScenario) -> bool:
-        return not isinstance(scenario.vision, Measured)
+        return not resolve(scenario).measured
 
     def files_of(self, scenario: ConveyorScenario) -> tuple[str, ...]:
         return tuple(name for name in super().files_of(scenario) if name != MOTION_PICTURE)
 
     def calibration_place(self, scenario: ConveyorScenario) -> CalibrationPlace:
-        (x0, y0), (x1, y1) = seen_belt(scenario)
+        (x0, y0), (x1, y1) = resolve(scenario).seen_belt
         low = scenario.belt.height
         return CalibrationPlace(low, ((x0, y0, low), (x1, y1, low + HIGHEST)), "belt")
 
@@ -150,7 +151,7 @@ class ConveyorTask(Task[ConveyorScenario]):
     def summarise(
         self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
     ) -> dict[str, Any]:
-        return summarise_conveyor(scenario, hand_eye.world.arrivals, log, simulated, interrupted)
+        return summarise_conveyor(resolve(scenario), hand_eye.world.arrivals, log, simulated, interrupted)
 
     def judged_log(self, scenario: ConveyorScenario, log: Log) -> Log:
         return with_target(log, self.truth_signal)
@@ -163,14 +164,14 @@ class ConveyorTask(Task[ConveyorScenario]):
     ) -> None:
         from drake_tracker.tasks.conveyor.figures import draw_conveyor  # Matplotlib is slow to load
 
-        draw_conveyor(scenario, hand_eye.world.arrivals, log, summary, folder / "conveyor.png")
+        draw_conveyor(resolve(scenario), hand_eye.world.arrivals, log, summary, folder / "conveyor.png")
 
     def subtitle(self, scenario: ConveyorScenario) -> str:
         belt = scenario.belt
         return f"seed {scenario.seed}, {scenario.arrivals.rate:g} parts a minute, belt at {belt.speed:g} m/s"
 
     def film(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
-        return conveyor_film(scenario, hand_eye)
+        return conveyor_film(resolve(scenario), hand_eye)
 
     def snapshot(self, scenario: ConveyorScenario) -> Snapshot:
         raise DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no motion detector")
@@ -196,9 +197,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         host = (*_REPORTS, *(("encoder",) if scenario.belt.encoder else ()))
         if start == "points":
             return ("parts", *host)
-        if not isinstance(scenario.vision, Rendered):
-            raise DrakeTrackerError("vision of the run is measured, so that there are no images; use --from points")
-        return (*host, *(_ARM if scenario.vision.parts.mask_arm else ()))
+        return (*host, *(_ARM if resolve(scenario).rendered.parts.mask_arm else ()))
 
     def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
         return "points"
@@ -212,12 +211,12 @@ class ConveyorTask(Task[ConveyorScenario]):
     def rebuild(self, scenario: ConveyorScenario, recorded: ConveyorScenario, start: str, folder: Path) -> ReplayParts:
         vision: PartVisionDiagram | None = None
         images: dict[str, tuple[int, int]] = {}
+        setup = resolve(scenario)
         if start == "images":
-            assert isinstance(scenario.vision, Rendered)  # `replay_sources` refuses others
-            windows = rendered_windows(recorded)
-            vision = image_vision(scenario, scenario.vision, windows)
+            windows = resolve(recorded).windows
+            vision = image_vision(setup, windows)
             images = {f"camera_{side}": window[2:] for side, window in windows.items()}
-        return ReplayParts(vision, images, conveyor_host(scenario), conveyor_link(scenario), conveyor_guard(scenario))
+        return ReplayParts(vision, images, conveyor_host(setup), conveyor_link(setup), conveyor_guard(setup))
 
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Any]]:
         q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")

@@ -1,8 +1,8 @@
 """The task of Allen et al. 1991: two cameras watch a model train, and an arm grasps it while it moves.
 
-A `TrainScenario` goes in; `make_train_diagram` makes its hand-eye diagram, and `make_arm_side` and `make_host_side` the
-same in two processes. After a run, its log goes into `summarise`, which measures errors against ground truth, and
-`failure_reason`, which says in one sentence why a train was not lifted.
+A scenario goes in. `resolve` computes what it amounts to, a `TrainSetup`; `build` makes the hand-eye diagram of it, and
+`make_arm_side` and `make_host_side` the same in two processes. After a run, its log goes into `summarise`, which
+measures errors against ground truth. Begin with `scenario.py`, `setup.py` and `diagram.py`.
 """
 
 import lazy_loader

@@ -11,8 +11,7 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.diagnosis.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.episode import train_pose
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.train.speed_law import distance_at
 
 REACH_ALONG = 0.05
@@ -36,12 +35,12 @@ class Contact(NamedTuple):
     made: bool
 
 
-def clearance(scenario: TrainScenario) -> float:
+def clearance(setup: TrainSetup) -> float:
     """Returns the greatest distance across the open jaws, from their middle, at which the train still fits [m]."""
-    return 0.5 * (scenario.grasp.jaw_opening - scenario.grasp.object_width)
+    return 0.5 * (setup.scenario.grasp.jaw_opening - setup.scenario.grasp.object_width)
 
 
-def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> float | None:
+def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> float | None:
     """Returns the start of the last closing command relative to the last instant at which it could succeed [s].
 
     A negative value is early enough. The last possible instant follows from ground truth, as if hand and train did not
@@ -52,7 +51,7 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
     jaws. If the train has not left when the path of the packet ends, the end of the path is used.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
 
@@ -68,44 +67,44 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
     (launched,) = train_pose(log, [launch.start])
     if len(times) < 2 or np.isnan(launched).any():
         return None
-    track, _ = place_track(scenario)
-    config = scenario.track
+    track, _ = setup.placement
+    config = setup.scenario.track
     law = (config.speed_law, config.speed, config.variation)
-    gone = np.array([distance_at(*law, t, scenario.train.start_delay) for t in (launch.start, *times)])
+    gone = np.array([distance_at(*law, t, setup.scenario.train.start_delay) for t in (launch.start, *times)])
     s, _ = track.nearest(launched[0], launched[1], launched[3])
     x, y, _ = track.pose(s + gone[1:] - gone[0])
     along, across = _in_hand(hand, x, y)
-    fits = (np.abs(across) <= clearance(scenario)) & (np.abs(along) <= scenario.train.scale * REACH_ALONG)
+    fits = (np.abs(across) <= clearance(setup)) & (np.abs(along) <= setup.scenario.train.scale * REACH_ALONG)
     if not fits[0]:
         return None
     leaves = times[-1] if fits.all() else times[np.argmin(fits)]
-    return float(close.start - (leaves - touch_delay(scenario.grasp)))
+    return float(close.start - (leaves - touch_delay(setup.scenario.grasp)))
 
 
-def contact_of(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> Contact | None:
+def contact_of(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Contact | None:
     """Returns the contact of the last attempt in which the jaws closed, None if they never closed.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
     """
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None
-    touch = close.start + touch_delay(scenario.grasp)
+    touch = close.start + touch_delay(setup.scenario.grasp)
     contacts = _contacts(log, launch.start, touch + LATEST)
     return Contact(float(contacts[0]), True) if len(contacts) else Contact(touch, False)
 
 
-def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
+def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
     """Returns the position of the train's middle relative to the middle of the jaws at touch, (along, across) [m].
 
     The instant is the first contact since the last launch, or otherwise the instant at which the pads would have
     touched the sides of the train.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
 
@@ -114,7 +113,7 @@ def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None
-    touch = close.start + touch_delay(scenario.grasp)
+    touch = close.start + touch_delay(setup.scenario.grasp)
     early = _contacts(log, launch.start, touch)
     when = [early[0] if len(early) else touch]
     (train,), hand = train_pose(log, when), tool_pose(log, when)

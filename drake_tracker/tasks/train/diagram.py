@@ -1,9 +1,9 @@
-"""Builds the hand-eye diagram of the train from a scenario (Allen et al. 1991)."""
+"""Builds the hand-eye diagram of the train: the boxes of figure 1 of Allen et al. 1991, in their order."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
-from pydrake.systems.framework import Diagram, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
@@ -11,43 +11,27 @@ from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.diagrams.hand_eye import (
-    AT_LAUNCH,
-    BETWEEN_SUBSYSTEMS,
-    WITH_HAND_POINT,
-    WITH_MEASURED_TRACKS,
-    WITH_TRACKS,
-    WITH_WRIST,
-    Connection,
-    HandEyeDiagram,
-)
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.estimation.sudden_change import with_speed_change_detection
-from drake_tracker.faults.fault import Fault
 from drake_tracker.grasp.train.grasp_machine import GraspMachine
 from drake_tracker.grasp.train.grasp_system import GraspSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.link.link_system import LinkSystem
-from drake_tracker.tasks.train.faults import train_faults
-from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.scenario import Measured, TrainScenario
-from drake_tracker.tasks.train.track_placement import check_track, place_track
-from drake_tracker.tasks.train.vision_parts import (
-    RenderedWindow,
-    image_pipeline,
-    make_vision,
-    sees_hand,
-    tracks_several,
-)
-from drake_tracker.tasks.train.world import make_train_world
-from drake_tracker.tasks.train.wrist_parts import has_wrist
+from drake_tracker.scenarios.base import BaseScenario
+from drake_tracker.tasks.train.objects import train_objects
+from drake_tracker.tasks.train.setup import TrainSetup, resolve
+from drake_tracker.tasks.train.track_placement import check_track
+from drake_tracker.tasks.train.vision import make_vision
+from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 from drake_tracker.world.train.plant import table_box
+from drake_tracker.world.train.world_diagram import WorldDiagram
 
 
-def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
+def make_train_diagram(scenario: BaseScenario) -> HandEyeDiagram:
     """Returns the hand-eye diagram of a scenario.
 
     Args:
@@ -56,96 +40,163 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     Raises DrakeTrackerError when the scenario cannot be built: a file is missing, the track is out of reach, or the
     vision would never see the train.
     """
-    pipeline = image_pipeline(scenario)
-    vision, windows = make_vision(scenario, pipeline)
-    connections = BETWEEN_SUBSYSTEMS
-    if tracks_several(scenario):
-        connections = WITH_MEASURED_TRACKS if isinstance(scenario.vision, Measured) else WITH_TRACKS
-    if sees_hand(scenario):
-        connections = (*connections, *WITH_HAND_POINT)
-    if has_wrist(scenario):
-        connections = (*connections, *WITH_WRIST)
-    return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
+    return build(resolve(scenario))
 
 
-def assemble(
-    scenario: TrainScenario,
-    vision: Diagram,
-    windows: Mapping[str, RenderedWindow],
-    host: System,
-    connections: tuple[Connection, ...] = BETWEEN_SUBSYSTEMS,
-    pipeline: ImagePipeline | None = None,
-) -> HandEyeDiagram:
-    """Returns the hand-eye diagram of a scenario with a given vision and host, or with substitutes for them.
+def build(setup: TrainSetup, *, vision: Diagram | None = None, host: System | None = None) -> HandEyeDiagram:
+    """Adds and connects the five boxes of a hand-eye system.
 
     Args:
-        scenario: scenario of world, link and arm.
-        vision: a Diagram with the ports of `VisionDiagram`.
-        windows: {name of the camera: part of the full image to render (u0, v0, width, height) [px]}.
-        host: a System with the ports of `EstimatorSystem`.
-        connections: connections between ports with different names, as for `HandEyeDiagram`.
-        pipeline: how the images that the vision expects are made; None: they are rendered when they are read.
+        setup: the resolved scenario.
+        vision: a substitute for the vision of the scenario.
+        host: a substitute for the host of the scenario.
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
-    reach = Reach(scenario)
-    track, start = place_track(scenario, reach)
-    check_track(scenario, track, start, reach)
+    # A substitute for the vision reads images when it needs them; only the real one waits for other processes.
+    pipeline = setup.pipeline if vision is None else None
+    vision = make_vision(setup) if vision is None else vision
 
-    model, q_initial = reach.model, reach.q_initial
-    faults = train_faults(scenario)
-    world = make_train_world(
-        scenario,
-        description=reach.description,
-        q_initial=q_initial,
-        track=track,
-        start=start,
-        windows=windows,
-        pipeline=pipeline,
-        faults=faults,
-    )
-    link = train_link(scenario, faults)
-    grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD, reach.home[2]), scenario.time_step)
-    grasp.set_name("grasp")
-    arm = ArmDiagram(
-        grasp,
-        train_guard(scenario),
-        scenario.servo,
-        model,
-        q_initial,
-        reach.home,
-        scenario.time_step,
-        jaw_opening=scenario.grasp.jaw_opening,
-        clearance=ArmClearance(reach.description, [table_box(height=scenario.table_height)]),
-        edge=HandEyeCorrection(scenario.hand_eye) if sees_hand(scenario) else None,
-    )
-    if world.HasInputPort("launch"):
-        connections = (*connections, AT_LAUNCH)
-    return HandEyeDiagram(world, vision, host, link, arm, connections)
+    # Check that the train can run on its track, and that the arm can grasp it there.
+    check_track(setup.scenario, *setup.placement, setup.reach)
+
+    builder = DiagramBuilder()
+    world = add_world(setup, builder, pipeline)
+    builder.AddSystem(vision)
+    host = add_host(setup, builder) if host is None else builder.AddSystem(host)
+    link = add_link(setup, builder)
+    arm = add_arm(setup, builder)
+
+    # Images go to vision, or the truth if vision is measured, and the joints if vision masks the arm.
+    connect(builder, world, vision)
+    # The point goes to the host, or the tracks of several objects. The host says where it expects those that are lost.
+    connect(builder, vision, host)
+    connect(builder, host, vision)
+    # Packets of predicted path go over the link, and the measured points of the hand if vision sees its markers.
+    connect(builder, host, link, prediction="packet")
+    connect(builder, vision, link)
+    connect(builder, link, arm, delivered="packet", delivered_hand_point="hand_point")
+    # The arm reads its joints and jaws, and drives them. A launch may trigger an event in the laboratory.
+    connect(builder, world, arm)
+    connect(builder, arm, world, command="launch")
+
+    return HandEyeDiagram(builder, world=world, vision=vision, host=host, link=link, arm=arm)
 
 
-def train_host(scenario: TrainScenario) -> EstimatorSystem | EstimatorBankSystem:
-    """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made.
-
-    For a guided descent the estimator also notices sudden changes of speed (`SuddenChangeEstimator`).
-    """
-    estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
-    if scenario.grasp.descent == "guided":  # a blind descent could not use what it notices
-        estimator = with_speed_change_detection(estimator)
-    return make_host(estimator, scenario.time_step, train_faults(scenario), tracks_several(scenario))
-
-
-def train_link(scenario: TrainScenario, faults: Sequence[Fault]) -> LinkSystem | LinkDiagram:
-    """Returns the link of a scenario, which also carries the measurements of the hand if vision sees it.
+def add_world(setup: TrainSetup, builder: DiagramBuilder, pipeline: ImagePipeline | None = None) -> WorldDiagram:
+    """Adds the laboratory: table, arm, track, train and further objects, cameras, lamps, and the judge.
 
     Args:
-        scenario: the scenario.
-        faults: what goes wrong; of these, those of the link.
+        setup: the resolved scenario.
+        builder: of the diagram.
+        pipeline: how the images are made beside the simulation; None: they are rendered when they are read.
     """
-    link = link_of(scenario, faults)
-    return LinkDiagram(link, link_of(scenario, faults, HandPoint)) if sees_hand(scenario) else link
+    windows = {} if setup.measured else {f"camera_{side}": window for side, window in setup.windows.items()}
+    return builder.AddSystem(make_world(setup, windows, pipeline))
 
 
-def train_guard(scenario: TrainScenario) -> PacketGuard:
-    """Returns the receiver of a scenario's packets. Their paths begin in the work volume of the vision."""
+def make_world(
+    setup: TrainSetup, windows: Mapping[str, ImageWindow] | None = None, pipeline: ImagePipeline | None = None
+) -> WorldDiagram:
+    """Returns the laboratory.
+
+    Args:
+        setup: the resolved scenario.
+        windows: {name of the camera: window to render}. None renders the full images; an empty dict adds no cameras.
+        pipeline: as for `add_world`.
+    """
+    scenario, (track, start) = setup.scenario, setup.placement
+    return WorldDiagram(
+        description=setup.arm,
+        q_initial=setup.reach.q_initial,
+        track=track,
+        start=start,
+        body=scenario.train.body,
+        scale=scenario.train.scale,
+        colour=scenario.train.colour,
+        start_delay=scenario.train.start_delay,
+        table_height=scenario.table_height,
+        table_colour=scenario.table_colour,
+        speed=scenario.track.speed,
+        speed_law=scenario.track.speed_law,
+        variation=scenario.track.variation,
+        event=scenario.track.event,
+        grip_force=scenario.grasp.grip_force,
+        jaw_opening=scenario.grasp.jaw_opening,
+        cameras=scenario.cameras,
+        lighting=scenario.lighting,
+        windows=windows,
+        pipeline=pipeline,
+        objects=train_objects(scenario, track, start),
+        judge_all=setup.several,
+        faults=setup.faults,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+    )
+
+
+def add_host(setup: TrainSetup, builder: DiagramBuilder) -> EstimatorSystem | EstimatorBankSystem:
+    """Adds the host: an estimator for the object, or one for each of several objects.
+
+    For a guided descent the estimator also detects sudden changes of speed, which a blind descent could not use.
+
+    Args:
+        setup: the resolved scenario.
+        builder: of the diagram.
+
+    Raises DrakeTrackerError when the estimator cannot be made.
+    """
+    return builder.AddSystem(make_train_host(setup))
+
+
+def make_train_host(setup: TrainSetup) -> EstimatorSystem | EstimatorBankSystem:
+    """Returns the host that `add_host` adds."""
+    estimator = estimator_of(setup.scenario.estimator, setup.scenario.where("estimator"))
+    if setup.scenario.grasp.descent == "guided":
+        estimator = with_speed_change_detection(estimator)
+    return make_host(estimator, setup.scenario.time_step, setup.faults, setup.several)
+
+
+def add_link(setup: TrainSetup, builder: DiagramBuilder) -> LinkSystem | LinkDiagram:
+    """Adds the link, which also carries the measured points of the hand if vision sees its markers.
+
+    Args:
+        setup: the resolved scenario.
+        builder: of the diagram.
+    """
+    link = link_of(setup.scenario, setup.faults)
+    if not setup.sees_hand:
+        return builder.AddSystem(link)
+    return builder.AddSystem(LinkDiagram(link, link_of(setup.scenario, setup.faults, HandPoint)))
+
+
+def add_arm(setup: TrainSetup, builder: DiagramBuilder) -> ArmDiagram:
+    """Adds the computer of the arm: packet guard, servo, grasp machine, transform equation and inverse kinematics.
+
+    Args:
+        setup: the resolved scenario.
+        builder: of the diagram.
+    """
+    scenario, reach = setup.scenario, setup.reach
+    grasp = GraspSystem(GraspMachine(scenario.grasp, reach.model, SERVO_PERIOD, setup.home[2]), scenario.time_step)
+    grasp.set_name("grasp")
+    return builder.AddSystem(
+        ArmDiagram(
+            grasp,
+            train_guard(setup),
+            scenario.servo,
+            reach.model,
+            reach.q_initial,
+            setup.home,
+            scenario.time_step,
+            jaw_opening=scenario.grasp.jaw_opening,
+            clearance=ArmClearance(setup.arm, [table_box(height=scenario.table_height)]),
+            edge=HandEyeCorrection(scenario.hand_eye) if setup.sees_hand else None,
+        )
+    )
+
+
+def train_guard(setup: TrainSetup) -> PacketGuard:
+    """Returns the receiver of packets. Their paths begin in the work volume of the vision."""
+    scenario = setup.scenario
     return PacketGuard(scenario.guard, np.array(scenario.vision.work_volume), scenario.table_height)

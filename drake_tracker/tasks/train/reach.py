@@ -1,12 +1,11 @@
-"""What the arm of a scenario can reach: the pose in which it waits, and whether it can follow a track."""
+"""What an arm can reach: the pose in which it waits, and whether it can follow a track."""
 
 import numpy as np
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters, step_joints
-from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.world.train.plant import TRAIN_HEIGHT
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.world.train.tracks import Track
 
 CHECKED_PLACES = 40
@@ -18,29 +17,29 @@ _NEAR = 1e-3
 
 
 class Reach:
-    """The arm of a scenario and its reach over the table.
+    """An arm and its reach over the table.
 
     Args:
-        scenario: the scenario.
+        description: the arm and its hand.
+        home: reference (x, y, z, yaw) in W over which the hand waits, at the height of the train [m, rad], shape (4,).
+        grasp: settings of the grasp.
 
     Attributes:
-        description: the arm and its hand.
+        description: as given.
         model: the controller's model of the arm.
-        home: reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,).
+        home: as given.
         q_initial: joints over ``home``, with the tool pointing down at the hover height [rad], shape (n,).
 
     Raises DrakeTrackerError when the arm cannot reach this pose.
     """
 
-    def __init__(self, scenario: TrainScenario) -> None:
-        self._z = scenario.table_height + TRAIN_HEIGHT
-        self._heights = (scenario.grasp.hover_height, scenario.grasp.grasp_height)
-        self.description = arm_of(scenario)
-        self.model = make_arm_model(self.description)
-        self.home = home_reference(scenario)
+    def __init__(self, description: ArmDescription, home: np.ndarray, grasp: GraspConfig) -> None:
+        self._heights = (grasp.hover_height, grasp.grasp_height)
+        self.description, self.home = description, home
+        self.model = make_arm_model(description)
         self._parameters = make_parameters(self.model, _STEP)
-        over_home = tool_down(self.home[:3] + [0.0, 0.0, scenario.grasp.hover_height], self.home[3])
-        self.q_initial = joints_for(self.model, self.description.q_start, over_home)
+        over_home = tool_down(home[:3] + [0.0, 0.0, grasp.hover_height], home[3])
+        self.q_initial = joints_for(self.model, description.q_start, over_home)
 
     def missed(self, track: Track) -> tuple[float, float, float] | None:
         """Returns the first place of a track that the tool cannot reach, for hovering or for grasping.
@@ -84,7 +83,7 @@ class Reach:
         """Moves the tool over a place. Returns the joints [rad] and the height above the train [m] at which it cannot
         be reached, None when it can."""
         for height in self._heights:
-            X_WT = tool_down((x, y, self._z + height), np.pi / 2)
+            X_WT = tool_down((x, y, self.home[2] + height), np.pi / 2)
             for _ in range(_STEPS):
                 q, _ = step_joints(self.model, self._parameters, q, X_WT)
                 if np.linalg.norm(self.model.tool_pose(q).translation() - X_WT.translation()) < _NEAR:
@@ -92,13 +91,3 @@ class Reach:
             else:
                 return q, height
         return q, None
-
-
-def home_reference(scenario: TrainScenario) -> np.ndarray:
-    """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,).
-
-    It is the middle of the work volume at the height of the train. The yaw places joint 6 near the middle of its range.
-    """
-    low, high = np.array(scenario.vision.work_volume)
-    middle = 0.5 * (low + high)
-    return np.array([middle[0], middle[1], scenario.table_height + TRAIN_HEIGHT, np.pi])

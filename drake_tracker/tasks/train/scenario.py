@@ -8,21 +8,23 @@ from drake_tracker.arm.config import HandEyeConfig, HandKind, PacketGuardConfig,
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
-from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
 from drake_tracker.estimation.config import ArcLength
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.faults.kinds import faults_of
-from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.config import GraspConfig, touch_delay
+from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
-from drake_tracker.tasks.train.plausible import grasp_problems
+from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
 from drake_tracker.vision.config import NormalFlow, Several, Single
 from drake_tracker.world.config import (
     CLOSED_KINDS,
+    LIFTED,
     LONGEST_WALK,
     OPEN_KINDS,
+    TRAIN_WIDTH,
     CamerasConfig,
     LightingConfig,
     TrackConfig,
@@ -34,6 +36,10 @@ from drake_tracker.world.train.objects_config import Train
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 """Lowest and highest corner of the default work volume in W [m]."""
+JAW_MARGIN = 0.010
+"""Least width that the open jaws leave beside the object, on both sides together [m]."""
+LIFT_MARGIN = 0.005
+"""Height that the lift must exceed `LIFTED` by, because an arm with a load sags [m]."""
 
 
 @dataclass(frozen=True)
@@ -227,3 +233,70 @@ def _track_problems(key: str, track: TrackConfig) -> list[tuple[str, str]]:
         if track.straight_range[0] > track.straight_range[1]:
             found.append((f"{key}.straight_range", "must give the shortest straight first, then the longest"))
     return found
+
+
+def grasp_problems(scenario: TrainScenario) -> Problems:
+    """Returns the settings of the grasp that contradict the object, the judge, or each other.
+
+    Args:
+        scenario: of the train.
+    """
+    grasp = scenario.grasp
+    found: Problems = []
+    if grasp.object_width <= WIDTH_TOLERANCE:
+        found.append(
+            (
+                "grasp.object_width",
+                f"must be above {WIDTH_TOLERANCE:g} m, or jaws that closed on nothing would count as a grip",
+            )
+        )
+    width = max(grasp.object_width, TRAIN_WIDTH)
+    if grasp.jaw_opening < width + JAW_MARGIN:
+        key = set_by_user(scenario, ["grasp.jaw_opening", "grasp.object_width"])
+        found.append(
+            (
+                key,
+                f"leaves the jaws too narrow: they open to {grasp.jaw_opening:g} m, and an object of {width:g} m needs "
+                f"{width + JAW_MARGIN:g} m",
+            )
+        )
+    if grasp.closing_lead > grasp.descent_duration:
+        key = set_by_user(scenario, ["grasp.closing_lead", "grasp.descent_duration"])
+        found.append(
+            (
+                key,
+                f"lets the jaws close before the descent begins: grasp.closing_lead is {grasp.closing_lead:g} s, "
+                f"grasp.descent_duration {grasp.descent_duration:g} s",
+            )
+        )
+    needed = LIFTED + LIFT_MARGIN + grasp.grasp_height
+    if grasp.lift_height < needed:
+        found.append(
+            (
+                "grasp.lift_height",
+                f"must be at least {needed:g} m: the object counts as lifted from {LIFTED:g} m above its track",
+            )
+        )
+    closing = touch_delay(grasp) + GRIP_CONFIRMED
+    if grasp.close_timeout <= closing:
+        key = set_by_user(scenario, ["grasp.close_timeout", "grasp.jaw_speed"])
+        found.append(
+            (key, f"gives the jaws {grasp.close_timeout:g} s, but they need {closing:.3g} s to close and grip")
+        )
+    return found + _blind_time_problems(scenario)
+
+
+def _blind_time_problems(scenario: TrainScenario) -> Problems:
+    """Returns a problem when a predicted path ends before the jaws would touch the object."""
+    grasp, lag = scenario.grasp, lag_of(scenario.vision.lag_cycles)
+    descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
+    if lag + descent <= PATH_DURATION:
+        return []
+    keys = ["vision.lag_cycles", "grasp.jaw_speed", "grasp.descent_duration"]
+    return [
+        (
+            set_by_user(scenario, keys),
+            f"leaves no time for a grasp: a packet predicts {PATH_DURATION:g} s from its image on, of which vision "
+            f"takes {lag:.3g} s, descent and closing {descent:.3g} s",
+        )
+    ]

@@ -9,7 +9,6 @@ import numpy as np
 from drake_tracker.arm.hand_eye_correction import describe_doubt
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
@@ -27,15 +26,13 @@ from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.diagnosis.trouble_tracking import tell_tracking, tracking_findings
 from drake_tracker.tasks.train.diagnosis.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import sees_hand, tracks_several
-from drake_tracker.tasks.train.wrist_parts import has_wrist
+from drake_tracker.tasks.train.setup import TrainSetup
 
 JITTER_WINDOW = 31
 """Number of samples in the moving mean that is subtracted before jitter is measured."""
 
 
-def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
+def summarise(setup: TrainSetup, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
     """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
     Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body. The
@@ -76,46 +73,46 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``wrist``: only if the hand carries a camera: see `wrist_findings`.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
         interrupted: whether the user ended the run.
     """
-    spans = phase_spans(log, scenario.time_step)
-    objects = run_objects(scenario, log, spans)
+    spans = phase_spans(log, setup.scenario.time_step)
+    objects = run_objects(setup, log, spans)
     success = objects.success
-    log = about_target(scenario, log)
+    log = about_target(setup, log)
     vision = _vision(log, spans)
     counts = log["diagnosis"]["attempts"]
     attempts = int(counts[-1]) if len(counts) else 0
     verdict = log["truth_verdict"]
-    failure = explain_failure(scenario, log, spans, vision["vision_valid_fraction"], interrupted)
+    failure = explain_failure(setup, log, spans, vision["vision_valid_fraction"], interrupted)
     if objects.lifted is not None and not success:
         names = object_name(objects.lifted), object_name(objects.target)
         failure = Failure("the hand lifted {} instead of {}, the target".format(*names), Cause.SECOND_OBJECT)
     lifts = [span.start for span in spans if span.phase == Phase.LIFT]
     summary = {
-        "scenario": scenario.name,
-        "seed": scenario.seed,
+        "scenario": setup.scenario.name,
+        "seed": setup.scenario.seed,
         "success": success,
         "failure_reason": None if failure is None else failure.reason,
         "cause": None if failure is None else str(failure.cause),
         "attempts": attempts,
-        "aborted_attempts": len(aborted_launches(spans, log, scenario.grasp.object_width)),
+        "aborted_attempts": len(aborted_launches(spans, log, setup.scenario.grasp.object_width)),
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
-        **_touch(scenario, log, spans),
+        **_touch(setup, log, spans),
         **_verdict(verdict),
-        **arm_findings(log, limits_of(arm_of(scenario))),
+        **arm_findings(log, limits_of(setup.arm)),
         **_tracking(log, spans),
         **vision,
         **packet_findings(log),
         **limiter_findings(log),
-        **(_hand_eye(log) if sees_hand(scenario) else {}),
-        **(_several(log, spans, objects) if tracks_several(scenario) else {}),
-        **({"wrist": wrist_findings(log, spans)} if has_wrist(scenario) else {}),
-        "lag_s": lag_of(log, scenario.time_step),
-        "closing_onset_error_s": closing_onset_error(scenario, log, spans),
+        **(_hand_eye(log) if setup.sees_hand else {}),
+        **(_several(log, spans, objects) if setup.several else {}),
+        **({"wrist": wrist_findings(log, spans)} if setup.has_wrist else {}),
+        "lag_s": lag_of(log, setup.scenario.time_step),
+        "closing_onset_error_s": closing_onset_error(setup, log, spans),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
         **made_by(),
@@ -157,8 +154,8 @@ def without_mean(times: np.ndarray, error: np.ndarray) -> np.ndarray:
     return np.concatenate(rest)
 
 
-def _touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> dict[str, float | None]:
-    along, across = offset_at_touch(scenario, log, spans) or (None, None)
+def _touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> dict[str, float | None]:
+    along, across = offset_at_touch(setup, log, spans) or (None, None)
     return {"touch_along_m": along, "touch_across_m": across}
 
 

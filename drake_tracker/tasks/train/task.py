@@ -30,9 +30,8 @@ from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
 from drake_tracker.tasks.task import MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
 from drake_tracker.tasks.train.diagnosis.failure import activity
 from drake_tracker.tasks.train.diagnosis.judged_train import about_target
-from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
+from drake_tracker.tasks.train.diagram import make_train_diagram, make_train_host, train_guard
 from drake_tracker.tasks.train.episode import phase_spans, sighted
-from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.pictures.filming import (
     GRASP_PICTURE,
     TRAIN_SNAPSHOT,
@@ -41,16 +40,10 @@ from drake_tracker.tasks.train.pictures.filming import (
     train_film,
 )
 from drake_tracker.tasks.train.pictures.strips import TRAIN_STRIPS
-from drake_tracker.tasks.train.scenario import Measured, TrainScenario
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
-from drake_tracker.tasks.train.vision_parts import (
-    arm_signals,
-    load_cameras,
-    object_vision,
-    rendered_windows,
-    tracks_several,
-)
-from drake_tracker.tasks.train.wrist_parts import wrist_images
+from drake_tracker.tasks.train.vision import object_vision
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
@@ -151,11 +144,11 @@ class TrainTask(Task[TrainScenario]):
     preparation = ""
 
     def uses_cameras(self, scenario: TrainScenario) -> bool:
-        return not isinstance(scenario.vision, Measured)
+        return not resolve(scenario).measured
 
     def files_of(self, scenario: TrainScenario) -> tuple[str, ...]:
         # No run promises a picture of the grasp, since there may be no attempt.
-        missing = (GRASP_PICTURE, MOTION_PICTURE) if tracks_several(scenario) else (GRASP_PICTURE,)
+        missing = (GRASP_PICTURE, MOTION_PICTURE) if resolve(scenario).several else (GRASP_PICTURE,)
         return tuple(name for name in super().files_of(scenario) if name not in missing)
 
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
@@ -175,10 +168,10 @@ class TrainTask(Task[TrainScenario]):
     def summarise(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
     ) -> dict[str, Any]:
-        return summarise(scenario, log, simulated, interrupted)
+        return summarise(resolve(scenario), log, simulated, interrupted)
 
     def judged_log(self, scenario: TrainScenario, log: Log) -> Log:
-        return about_target(scenario, log)
+        return about_target(resolve(scenario), log)
 
     def free_motion(self, scenario: TrainScenario, log: Log) -> TrainFreeMotion:
         return TrainFreeMotion(scenario, log)
@@ -188,16 +181,16 @@ class TrainTask(Task[TrainScenario]):
     ) -> None:
         from drake_tracker.tasks.train.pictures.figures import draw_tracking  # Matplotlib is slow to load
 
-        draw_tracking(scenario, about_target(scenario, log), summary, folder / "tracking.png")
+        draw_tracking(resolve(scenario), about_target(resolve(scenario), log), summary, folder / "tracking.png")
 
     def subtitle(self, scenario: TrainScenario) -> str:
         return f"seed {scenario.seed}, {scenario.track.speed:g} m/s"
 
     def film(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Film:
-        return train_film(scenario, hand_eye, self.subtitle(scenario))
+        return train_film(resolve(scenario), hand_eye, self.subtitle(scenario))
 
     def closeup(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Closeup:
-        return train_closeup(scenario, hand_eye)
+        return train_closeup(resolve(scenario), hand_eye)
 
     def snapshot(self, scenario: TrainScenario) -> Snapshot:
         return TRAIN_SNAPSHOT
@@ -220,23 +213,23 @@ class TrainTask(Task[TrainScenario]):
         return super().signal_offset(name, time_step)
 
     def replay_sources(self, scenario: TrainScenario, start: str) -> tuple[str, ...]:
-        if not tracks_several(scenario):
+        if not resolve(scenario).several:
             return super().replay_sources(scenario, start)
         if start == "centroids":
             raise DrakeTrackerError(
                 "a vision that tracks several objects cannot be replayed from centroids, which are those of the target "
                 "only; use --from points for the recorded tracks, or --from images"
             )
-        return ("tracks",) if start == "points" else arm_signals(scenario)
+        return ("tracks",) if start == "points" else resolve(scenario).arm_signals
 
     def replay_start(self, scenario: TrainScenario, logged: Collection[str]) -> str:
-        return "points" if tracks_several(scenario) else super().replay_start(scenario, logged)
+        return "points" if resolve(scenario).several else super().replay_start(scenario, logged)
 
     def changeable_settings(self, recorded: TrainScenario, scenario: TrainScenario, start: str) -> tuple[str, ...]:
         settings = super().changeable_settings(recorded, scenario, start)
-        if start != "images" or not tracks_several(recorded):
+        if start != "images" or not resolve(recorded).several:
             return settings
-        if tracks_several(scenario):
+        if resolve(scenario).several:
             settings = tuple(name for name in settings if name != "vision.detector")
         return (*settings, "vision.tracker")
 
@@ -244,18 +237,18 @@ class TrainTask(Task[TrainScenario]):
         return CalibrationPlace(scenario.table_height, scenario.vision.work_volume, "vision.work_volume")
 
     def rebuild(self, scenario: TrainScenario, recorded: TrainScenario, start: str, folder: Path) -> ReplayParts:
+        setup, seen = resolve(scenario), resolve(recorded)
         vision: System | None = None
         images: dict[str, tuple[int, int]] = {}
         if start == "images":
-            windows = rendered_windows(recorded)
-            vision = object_vision(scenario, windows)
-            images = {f"camera_{side}": window[2:] for side, window in windows.items()} | wrist_images(recorded)
+            vision = object_vision(setup, seen.windows)
+            images = seen.image_sizes
         elif start == "centroids":
-            models = load_cameras(scenario)
-            vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)
+            cameras = [setup.cameras[side] for side in SIDES]
+            vision = TriangulatorSystem(*cameras, work_volume=scenario.vision.work_volume)
             vision.set_name("triangulator")
-        link = link_of(scenario, train_faults(scenario))
-        return ReplayParts(vision, images, train_host(scenario), link, train_guard(scenario))
+        link = link_of(scenario, setup.faults)
+        return ReplayParts(vision, images, make_train_host(setup), link, train_guard(setup))
 
 
 TASK = TrainTask()

@@ -4,30 +4,20 @@ from pydrake.lcm import DrakeLcm
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, WITH_MEASURED_TRACKS
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_TRACKER, FROM_VISION, POINT, TRACKS, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.registry import require_task
-from drake_tracker.tasks.train.diagram import assemble, train_host
-from drake_tracker.tasks.train.scenario import Measured, TrainScenario
-from drake_tracker.tasks.train.vision_parts import (
-    RenderedWindow,
-    arm_signals,
-    measured_vision,
-    rendered_vision,
-    sees_hand,
-    tracks_several,
-)
-from drake_tracker.tasks.train.wrist_parts import has_wrist
-from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
-from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
+from drake_tracker.tasks.train.diagram import build, make_train_host
+from drake_tracker.tasks.train.setup import TrainSetup, resolve
+from drake_tracker.tasks.train.vision import image_vision
+
+_WHY = "only the train runs in two processes; for the ball, camera and arm find the board together"
 
 
-def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
+def make_arm_side(scenario: BaseScenario, lcm: DrakeLcm) -> ArmSideDiagram:
     """Returns the diagram of the arm's process: laboratory, link and arm, which exchange messages with the host.
 
     The link is in this process, so that its losses also apply to packets of a custom host.
@@ -38,22 +28,19 @@ def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
 
     Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
-    check_task(scenario)
-    known = vectors(scenario.time_step, len(arm_of(scenario).q_start))
-    several = tracks_several(scenario)
-    if isinstance(scenario.vision, Measured):
-        host = RemoteHostDiagram(lcm, TRACKS if several else POINT, FROM_HOST, known)
-        arrows = WITH_MEASURED_TRACKS if several else BETWEEN_SUBSYSTEMS
-        return ArmSideDiagram(assemble(scenario, measured_vision(scenario), {}, host, arrows), lcm, known)
-    _, windows = rendered_vision(scenario)
-    heard = FROM_HOST + FROM_VISION + (FROM_TRACKER if several else ())
+    setup = resolve_split(scenario)
+    known = vectors(scenario.time_step, len(setup.arm.q_start))
+    if setup.measured:
+        host = RemoteHostDiagram(lcm, TRACKS if setup.several else POINT, FROM_HOST, known)
+        return ArmSideDiagram(build(setup, host=host), lcm, known)
+    image_vision(setup)  # raises what would be wrong with the vision in the other process
+    heard = FROM_HOST + FROM_VISION + (FROM_TRACKER if setup.several else ())
     host = RemoteHostDiagram(lcm, (), heard, known)
-    arrows = tuple(arrow for arrow in BETWEEN_SUBSYSTEMS if arrow[0] != "vision")
-    return ArmSideDiagram(assemble(scenario, ImageSenderDiagram(lcm, CAMERAS), windows, host, arrows), lcm, known)
+    return ArmSideDiagram(build(setup, vision=ImageSenderDiagram(lcm, CAMERAS), host=host), lcm, known)
 
 
 def make_host_side(
-    scenario: TrainScenario, incoming: DrakeLcm, outgoing: DrakeLcm
+    scenario: BaseScenario, incoming: DrakeLcm, outgoing: DrakeLcm
 ) -> tuple[HostSideDiagram, dict[str, tuple[int, int]]]:
     """Returns the diagram of the host's process: vision and estimator.
 
@@ -66,27 +53,35 @@ def make_host_side(
 
     Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
-    check_task(scenario)
-    vision: VisionDiagram | SeveralVisionDiagram | None = None
-    windows: dict[str, RenderedWindow] = {}
-    if not isinstance(scenario.vision, Measured):
-        # The cameras are synchronous, but their stamps are rounded to microseconds: half a cycle of tolerance.
-        vision, windows = rendered_vision(scenario, own_stamps=True, stamp_tolerance=0.5 * VISION_PERIOD)
+    setup = resolve_split(scenario)
+    # The cameras are synchronous, but their stamps are rounded to microseconds: half a cycle of tolerance.
+    tolerance = 0.5 * VISION_PERIOD
+    vision = None if setup.measured else image_vision(setup, own_stamps=True, stamp_tolerance=tolerance)
     # The host need not know the arm unless its vision masks it.
-    known = vectors(scenario.time_step, *([len(arm_of(scenario).q_start)] if arm_signals(scenario) else []))
-    side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, known)
-    return side, {port: window[2:] for port, window in windows.items()}
+    known = vectors(scenario.time_step, *([len(setup.arm.q_start)] if setup.arm_signals else []))
+    side = HostSideDiagram(vision, make_train_host(setup), incoming, outgoing, known)
+    return side, {} if setup.measured else setup.image_sizes
 
 
-def check_task(scenario: BaseScenario) -> None:
-    """Raises DrakeTrackerError when a scenario cannot be split into two processes."""
-    why = "only the train runs in two processes; for the ball, camera and arm find the board together"
-    require_task(scenario, "train", why)
-    if isinstance(scenario, TrainScenario) and sees_hand(scenario):
+def code_of_host(scenario: BaseScenario) -> list[str]:
+    """Returns the settings whose custom code the host's process runs.
+
+    Raises DrakeTrackerError when the task of a scenario is not the train.
+    """
+    require_task(scenario, "train", _WHY)
+    return ["estimator", "arm"] if resolve(scenario).arm_signals else ["estimator"]
+
+
+def resolve_split(scenario: BaseScenario) -> TrainSetup:
+    """Returns what a scenario amounts to. Raises DrakeTrackerError when it cannot be split into two processes."""
+    require_task(scenario, "train", _WHY)
+    setup = resolve(scenario)
+    if setup.sees_hand:
         raise DrakeTrackerError(
             f"{scenario.where('arm.markers')}: markers on the hand need one process; the network carries no hand points"
         )
-    if isinstance(scenario, TrainScenario) and has_wrist(scenario):
+    if setup.has_wrist:
         raise DrakeTrackerError(
             f"{scenario.where('cameras.wrist')} must be !NoWristCamera: its images are not sent between processes"
         )
+    return setup

@@ -10,9 +10,8 @@ from drake_tracker.core.log import Signal
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.episode import PhaseSpan
-from drake_tracker.tasks.train.open_track import shortest_grasp, time_within_reach
-from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, place_track
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.track_placement import check_track, shortest_grasp, time_within_reach
 
 LINE = {"first_attempt_success": True, "failure_reason": None, "along_m": -0.004, "time_to_grasp_s": 6.0, "lap_s": 8.0}
 
@@ -135,8 +134,8 @@ def test_the_fastest_line_is_within_reach_for_long_enough(seed):
     settings, speeds = eyes_open.OPEN_TRACKS["line"]
     overrides = [*settings, f"track.speed={max(speeds)}", "track.start=0"]
     scenario = load_scenario("train:guided", seed=seed, overrides=overrides)
-    reach = Reach(scenario)
-    track, start = place_track(scenario, reach)
+    reach = resolve(scenario).reach
+    track, start = resolve(scenario).placement
     check_track(scenario, track, start, reach)
     assert time_within_reach(scenario, track, start, reach) >= shortest_grasp(scenario)
 

@@ -9,6 +9,7 @@ from ball_log import BallRun, nothing_logged
 from drake_tracker.tasks.ball.board_figure import draw_board_found
 from drake_tracker.tasks.ball.difference_figure import draw_difference_images
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
+from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.ball.summary import summarise_ball
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
@@ -22,8 +23,8 @@ def run():
 
 def draw(run, path, log=None):
     log = run.log() if log is None else log
-    summary = summarise_ball(run.hand_eye, run.scenario, log, run.duration)
-    draw_ball_path(run.hand_eye, run.scenario, log, summary, path)
+    summary = summarise_ball(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), log, run.duration)
+    draw_ball_path(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), log, summary, path)
     return cv2.imread(str(path))
 
 
@@ -56,8 +57,8 @@ def test_a_run_that_logged_nothing(run, tmp_path):
 
 
 def test_the_board_that_was_found(run, tmp_path):
-    summary = summarise_ball(run.hand_eye, run.scenario, run.log(), run.duration)
-    draw_board_found(run.hand_eye, run.scenario, summary, tmp_path / "board.png")
+    summary = summarise_ball(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), run.log(), run.duration)
+    draw_board_found(resolve(run.scenario, run.hand_eye.poses), summary, tmp_path / "board.png")
     image = cv2.imread(str(tmp_path / "board.png"))
     assert image.shape == (1230, 2100, 3)
     assert near(image, (178, 114, 0)) > 1000 and near(image, (0, 94, 213)) > 500, "outline and circles"

@@ -7,8 +7,9 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.ball.diagram import board_sight, make_ball_diagram, rendered_window
+from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import CIRCLE_IMAGES, make_touching_diagram, photograph_board
+from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.filming import HAND_BORDER
 from drake_tracker.world.ball import ball_world_diagram
 
@@ -20,13 +21,13 @@ def test_the_board_and_the_hand_are_in_the_window():
     for seed in range(20):
         scenario = make_scenario(seed=seed)
         poses = true_poses(scenario)
-        u0, v0, width, height = rendered_window(scenario, poses)
-        _, board = board_sight(scenario, poses)
+        u0, v0, width, height = resolve(scenario, poses).window
+        board = resolve(scenario, poses).search_window
         low = np.clip(board.polygon.min(axis=0) - HAND_BORDER, 0, 256)
         high = np.clip(board.polygon.max(axis=0) + HAND_BORDER, 0, 256)
         assert (np.array([u0, v0]) <= np.floor(low) + 1).all()
         assert (np.array([u0 + width, v0 + height]) >= np.floor(high)).all()
-        assert rendered_window(scenario.with_settings(FULL), poses) == (0, 0, 256, 256)
+        assert resolve(scenario.with_settings(FULL), poses).window == (0, 0, 256, 256)
 
 
 def rolling_ball(settings, monkeypatch):
@@ -41,7 +42,7 @@ def rolling_ball(settings, monkeypatch):
         simulator.AdvanceTo(cycle * VISION_PERIOD + 0.01)
         points.append(np.array(hand_eye.GetOutputPort("point").Eval(simulator.get_context())))
     image = np.array(hand_eye.GetOutputPort("camera").Eval(simulator.get_context()).data)
-    return points, image, rendered_window(scenario, poses)
+    return points, image, resolve(scenario, poses).window
 
 
 def test_through_the_window_the_ball_is_seen_as_in_the_full_image(monkeypatch):

@@ -5,6 +5,7 @@ import pytest
 from ball_log import EXIT_SPEED, ROLL, BallRun, nothing_logged
 
 from drake_tracker.core.messages import CatchVerdict
+from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.ball.summary import failure_reason, summarise_ball
 
 
@@ -14,7 +15,7 @@ def run():
 
 
 def summarize(run, **changes):
-    return summarise_ball(run.hand_eye, run.scenario, run.log(), run.duration, **changes)
+    return summarise_ball(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), run.log(), run.duration, **changes)
 
 
 def verdict(**fields):
@@ -53,7 +54,7 @@ def test_a_ball_that_leaves_at_an_angle_is_judged_where_it_passes_over_the_cup(r
     truth, R_WB = log["truth_ball_state"], run.X_WB.rotation().matrix()
     velocity = R_WB @ [0.3, -1.0, 0.0]
     truth.data[:, [truth.names.index(name) for name in ("vx", "vy", "vz")]] = velocity
-    summary = summarise_ball(run.hand_eye, run.scenario, log, run.duration)
+    summary = summarise_ball(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), log, run.duration)
     aside = 0.3 / np.hypot(*R_WB[:2, 1]) * run.scenario.catch.beyond
     assert summary["hand_error_m"] == pytest.approx(-0.012 - aside, abs=1e-6)
     assert summary["crossing_error_m"]["0.25"] == pytest.approx(0.021, abs=1e-6)  # on the edge
@@ -76,7 +77,9 @@ def test_a_ball_that_is_never_released(run):
 
 
 def test_a_run_that_logged_nothing(run):
-    summary = summarise_ball(run.hand_eye, run.scenario, nothing_logged(), 0.0, interrupted=True)
+    summary = summarise_ball(
+        run.hand_eye, resolve(run.scenario, run.hand_eye.poses), nothing_logged(), 0.0, interrupted=True
+    )
     assert summary["success"] is False and summary["failure_reason"].startswith("interrupted")
 
 
@@ -84,7 +87,7 @@ def test_exit_speed_is_the_speed_at_the_edge(run):
     log = run.log()
     truth = log["truth_ball_state"]
     truth.data[:, truth.names.index("vx")] = -EXIT_SPEED
-    summary = summarise_ball(run.hand_eye, run.scenario, log, run.duration)
+    summary = summarise_ball(run.hand_eye, resolve(run.scenario, run.hand_eye.poses), log, run.duration)
     assert summary["exit_speed_m_s"] == pytest.approx(EXIT_SPEED)
 
 

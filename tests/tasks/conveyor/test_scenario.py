@@ -5,8 +5,8 @@ import pytest
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.conveyor.diagram import filling_order
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.world.conveyor.tray import cell_centres
 
@@ -40,7 +40,7 @@ def test_the_defaults_have_no_problems():
 def test_the_jaws_reach_over_no_cell_that_is_filled_already():
     """Beside an ell they stand over the edge of the next cell towards -y."""
     scenario = ConveyorScenario()
-    order, centres = filling_order(scenario), cell_centres(scenario.tray)
+    order, centres = resolve(scenario).filling_order, cell_centres(scenario.tray)
     assert sorted(order) == list(range(len(centres)))
     for place, cell in enumerate(order):
         x, y = centres[cell]

@@ -7,6 +7,7 @@ from conveyor_log import ConveyorRun, Story, nothing_logged
 from drake_tracker.core.messages import PickVerdict, message_size
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.tasks.conveyor.figures import draw_conveyor, rate_per_minute
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
@@ -14,7 +15,7 @@ from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 
 
 def summarise(run, **changes):
-    return summarise_conveyor(run.scenario, run.arrivals, run.log(), run.duration, **changes)
+    return summarise_conveyor(resolve(run.scenario), run.arrivals, run.log(), run.duration, **changes)
 
 
 def placed(time, cell=0, kind=PartKind.BOX, **changes):
@@ -105,12 +106,12 @@ def test_a_part_that_is_being_picked_when_the_run_ends_is_not_a_failed_grasp():
 def test_what_could_be_picked_depends_on_the_end_of_the_run_alone():
     run = ConveyorRun([Story(1.0)])
     arrival = run.arrivals[0]
-    enters, leaves = window_times(run.scenario, arrival, make_belt_motion(run.scenario.belt))
+    enters, leaves = window_times(resolve(run.scenario), arrival, make_belt_motion(run.scenario.belt))
     speed, window = run.scenario.belt.speed, run.scenario.window
     assert enters == pytest.approx(arrival.time + (window.y_first - run.scenario.belt.entry) / speed, abs=0.02)
     assert leaves - enters == pytest.approx((window.y_last - window.y_first) / speed)
-    assert not could_be_picked(run.scenario, arrival, leaves + 1.0)
-    assert could_be_picked(run.scenario, arrival, leaves + 4.0)
+    assert not could_be_picked(resolve(run.scenario), arrival, leaves + 1.0)
+    assert could_be_picked(resolve(run.scenario), arrival, leaves + 4.0)
 
 
 def test_dropped_parts_are_counted_and_are_a_failure():
@@ -122,7 +123,9 @@ def test_dropped_parts_are_counted_and_are_a_failure():
 
 def test_a_run_that_logged_nothing():
     run = ConveyorRun([Story(1.0)])
-    summary = summarise_conveyor(run.scenario, run.arrivals, nothing_logged(run.arrivals), 0.0, interrupted=True)
+    summary = summarise_conveyor(
+        resolve(run.scenario), run.arrivals, nothing_logged(run.arrivals), 0.0, interrupted=True
+    )
     assert not summary["success"] and summary["failure_reason"].startswith("interrupted; until then no part had left")
     assert summary["picks_per_minute"] is None and summary["placement_rms_m"] is None
 
@@ -152,8 +155,8 @@ def test_rates_are_counts_over_the_last_interval():
 
 def test_the_picture_is_drawn_of_any_run(tmp_path):
     run = ConveyorRun([placed(1.0), Story(3.0), Story(5.0, picked=8.0, dropped=True), Story(25.0)])
-    draw_conveyor(run.scenario, run.arrivals, run.log(), summarise(run), tmp_path / "full.png")
+    draw_conveyor(resolve(run.scenario), run.arrivals, run.log(), summarise(run), tmp_path / "full.png")
     empty = nothing_logged(run.arrivals)
-    summary = summarise_conveyor(run.scenario, run.arrivals, empty, 0.0, True)
-    draw_conveyor(run.scenario, run.arrivals, empty, summary, tmp_path / "empty.png")
+    summary = summarise_conveyor(resolve(run.scenario), run.arrivals, empty, 0.0, True)
+    draw_conveyor(resolve(run.scenario), run.arrivals, empty, summary, tmp_path / "empty.png")
     assert (tmp_path / "full.png").stat().st_size > 50_000 and (tmp_path / "empty.png").is_file()

@@ -6,13 +6,14 @@ import pytest
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.train.closing import clearance, closing_onset_error, last_closing, offset_at_touch
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 
 TRAVEL = 0.048 / 0.40
 """Time from the start of closing until the default jaws touch the train [s]."""
 
 
 def test_clearance_is_half_the_difference_of_jaw_opening_and_train_width(scenario):
-    assert clearance(scenario) == pytest.approx(0.024)
+    assert clearance(resolve(scenario)) == pytest.approx(0.024)
 
 
 def test_the_last_instant_follows_from_the_drift_of_the_hand(scenario, episode, grasp_phases, known):
@@ -21,7 +22,7 @@ def test_the_last_instant_follows_from_the_drift_of_the_hand(scenario, episode, 
     launch = known.tick(3.00)
     episode.beside = lambda t: 0.040 * np.maximum(t - launch, 0.0)
     log = episode.log()
-    error = closing_onset_error(scenario, log, phase_spans(log))
+    error = closing_onset_error(resolve(scenario), log, phase_spans(log))
     leaves = launch + 0.024 / 0.040
     assert error == pytest.approx(known.tick(3.30) - (leaves - TRAVEL), abs=0.003)
 
@@ -30,7 +31,7 @@ def test_closing_too_late_is_positive(scenario, episode, grasp_phases, known):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.120 * np.maximum(t - known.tick(3.00), 0.0)
     log = episode.log()
-    assert closing_onset_error(scenario, log, phase_spans(log)) > 0.2
+    assert closing_onset_error(resolve(scenario), log, phase_spans(log)) > 0.2
 
 
 def test_the_train_continues_by_its_speed_law_even_if_the_hand_stopped_it(scenario, episode, grasp_phases, known):
@@ -38,11 +39,11 @@ def test_the_train_continues_by_its_speed_law_even_if_the_hand_stopped_it(scenar
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.040 * np.maximum(t - known.tick(3.00), 0.0)
     log = episode.log()
-    expected = closing_onset_error(scenario, log, phase_spans(log))
+    expected = closing_onset_error(resolve(scenario), log, phase_spans(log))
     truth = log["truth_train_state"]
     stopped = truth.times > 3.05
     truth.data[stopped, 4:6] = truth.data[stopped, 4:6][0]
-    assert closing_onset_error(scenario, log, phase_spans(log)) == pytest.approx(expected, abs=1e-9)
+    assert closing_onset_error(resolve(scenario), log, phase_spans(log)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_hand_that_stays_with_the_train_may_close_until_the_packet_ends(scenario, episode, grasp_phases, known):
@@ -51,38 +52,38 @@ def test_a_hand_that_stays_with_the_train_may_close_until_the_packet_ends(scenar
     spans = phase_spans(log)
     target = log["target"]
     stamp = target["stamp"][np.argmax(target.times >= spans[2].start)]
-    error = closing_onset_error(scenario, log, spans)
+    error = closing_onset_error(resolve(scenario), log, spans)
     assert error == pytest.approx(known.tick(3.30) - (stamp + 1.5 - TRAVEL), abs=0.003)
 
 
 def test_a_log_that_ends_early_is_continued_by_the_packet(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     log = episode.log()
-    whole = closing_onset_error(scenario, log, phase_spans(log))
+    whole = closing_onset_error(resolve(scenario), log, phase_spans(log))
     episode.duration = 3.45
     log = episode.log()
-    assert closing_onset_error(scenario, log, phase_spans(log)) == pytest.approx(whole, abs=0.003)
+    assert closing_onset_error(resolve(scenario), log, phase_spans(log)) == pytest.approx(whole, abs=0.003)
 
 
 def test_a_run_without_closing(scenario, episode, nothing):
     log = episode.log()
-    assert closing_onset_error(scenario, log, phase_spans(log)) is None
-    assert offset_at_touch(scenario, log, phase_spans(log)) is None
-    assert closing_onset_error(scenario, nothing, ()) is None
+    assert closing_onset_error(resolve(scenario), log, phase_spans(log)) is None
+    assert offset_at_touch(resolve(scenario), log, phase_spans(log)) is None
+    assert closing_onset_error(resolve(scenario), nothing, ()) is None
 
 
 def test_a_hand_that_is_not_over_the_train_at_the_launch_is_not_judged(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.030 + 0.0 * t
     log = episode.log()
-    assert closing_onset_error(scenario, log, phase_spans(log)) is None
+    assert closing_onset_error(resolve(scenario), log, phase_spans(log)) is None
 
 
 def test_offset_at_touch_is_the_position_of_the_train_in_the_hand(scenario, episode, grasp_phases, known):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.030 + 0.0 * t
     log = episode.log()
-    along, across = offset_at_touch(scenario, log, phase_spans(log))
+    along, across = offset_at_touch(resolve(scenario), log, phase_spans(log))
     assert (along, across) == pytest.approx((0.0, -0.030), abs=1e-6)  # the hand is left of the train
 
 
@@ -91,7 +92,7 @@ def test_offset_is_measured_at_the_first_contact(scenario, episode, grasp_phases
     episode.beside = lambda t: 0.010 * t
     episode.verdict["left_contact"] = lambda t: (t >= 3.2).astype(float)
     log = episode.log()
-    _, across = offset_at_touch(scenario, log, phase_spans(log))
+    _, across = offset_at_touch(resolve(scenario), log, phase_spans(log))
     assert across == pytest.approx(-0.032, abs=2e-4)
 
 

@@ -7,8 +7,7 @@ from drake_tracker import DrakeTrackerError, list_scenarios, load_scenario, make
 from drake_tracker.core.messages import Centroid, message_size
 from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.tasks.loader import scenario_file
-from drake_tracker.tasks.train.reach import home_reference
-from drake_tracker.tasks.train.vision_parts import load_cameras
+from drake_tracker.tasks.train.setup import resolve
 
 NAMES = [name for name, _ in list_scenarios() if name.startswith("train")]
 
@@ -65,7 +64,7 @@ def test_the_controller_does_not_depend_on_the_seed(two_seeds):
 
 def test_the_hand_waits_over_the_middle_of_the_work_volume():
     scenario = load_scenario("train:learned")
-    x, y, z, _ = home_reference(scenario)
+    x, y, z, _ = resolve(scenario).home
     assert (x, y) == pytest.approx((0.56, 0.0)) and z == pytest.approx(0.485)
     hand_eye = make_diagram(scenario)
     q = hand_eye.GetOutputPort("arm_state").Eval(hand_eye.CreateDefaultContext())[:6]
@@ -132,7 +131,7 @@ def test_the_users_own_calibration_is_used(tmp_path):
     data["cameras"]["camera_left"]["K"][0][0] = 500.0
     file = tmp_path / "mine.yaml"
     file.write_text(yaml.safe_dump(data))
-    cameras = load_cameras(load_scenario("train:learned", overrides=[f"cameras.calibration={file}"]))
+    cameras = resolve(load_scenario("train:learned", overrides=[f"cameras.calibration={file}"])).cameras
     assert cameras["left"].K[0, 0] == 500.0
 
 

@@ -12,8 +12,8 @@ from drake_tracker.report import page_of, read_run
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.tasks.train.vision_parts import image_pipeline
 from drake_tracker.vision.config import Several
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
@@ -80,13 +80,13 @@ def test_the_settings_of_the_run_are_read_again(run):
     ],
 )
 def test_the_newest_image_of_several_objects_may_be_one_cycle_old(overrides, latency):
-    pipeline = image_pipeline(load_scenario("train:learned", overrides=["cameras.render_processes=1", *overrides]))
+    pipeline = resolve(load_scenario("train:learned", overrides=["cameras.render_processes=1", *overrides])).pipeline
     assert (None if pipeline is None else pipeline.latency) == latency
 
 
 def test_a_slow_train_is_refused_by_the_motion_detector_only():
     slow = ["track.speed=0.01", "cameras.render_processes=0"]
-    assert image_pipeline(load_scenario("train:learned", overrides=[*slow, SEVERAL])) is None
+    assert resolve(load_scenario("train:learned", overrides=[*slow, SEVERAL])).pipeline is None
     TASK.build(load_scenario("train:learned", overrides=[*slow, SEVERAL]), None)
     with pytest.raises(DrakeTrackerError, match="the threshold needs at least"):
         TASK.build(load_scenario("train:learned", overrides=slow), None)

@@ -13,6 +13,7 @@ from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import HandCorrection
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.results import git_commit, save_summary
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import jitter, summarise
 
 KEYS = {
@@ -38,8 +39,8 @@ KEYS = {
 
 
 def test_the_keys_are_the_same_for_every_run(scenario, episode, nothing):
-    assert set(summarise(scenario, episode.log(), 6.0)) == KEYS
-    empty = summarise(scenario, nothing, 0.0, interrupted=True)
+    assert set(summarise(resolve(scenario), episode.log(), 6.0)) == KEYS
+    empty = summarise(resolve(scenario), nothing, 0.0, interrupted=True)
     assert set(empty) == KEYS
     assert empty["success"] is False and empty["prediction_rms_m"] is None and empty["interrupted"] is True
     assert empty["touch_along_m"] is None and empty["touch_across_m"] is None
@@ -55,11 +56,11 @@ def test_a_hand_with_markers_says_how_often_it_was_corrected(scenario, episode, 
     data[late, names.index("x")] = 0.03
     data[-1, [names.index(name) for name in ("accepted", "rejected", "reason")]] = 40, 2, Doubt.OUTLIER
     log["hand_correction"] = Signal(times, data, names)
-    found = summarise(marked, log, 6.0)["hand_eye"]
+    found = summarise(resolve(marked), log, 6.0)["hand_eye"]
     assert found["used_fraction"] == pytest.approx(0.5, abs=0.01) and found["correction_m"] == pytest.approx(0.03)
     assert (found["accepted"], found["rejected"]) == (40, 2)
     assert found["last_rejection"] == "it contradicts the measurements before it"
-    assert summarise(marked, nothing, 0.0)["hand_eye"]["used_fraction"] is None
+    assert summarise(resolve(marked), nothing, 0.0)["hand_eye"]["used_fraction"] is None
 
 
 def test_a_success(scenario, episode, grasp_phases, known):
@@ -71,7 +72,7 @@ def test_a_success(scenario, episode, grasp_phases, known):
         "lift": lambda t: np.clip(0.15 * (t - 3.5), 0.0, 0.15),
         "held": lambda t: np.clip(t - 4.5, 0.0, None),
     }
-    summary = summarise(scenario, episode.log(), 6.0)
+    summary = summarise(resolve(scenario), episode.log(), 6.0)
     assert (summary["scenario"], summary["seed"]) == ("straight", 5)
     assert summary["success"] is True and summary["failure_reason"] is None
     assert summary["attempts"] == 1 and summary["first_attempt_success"] is True
@@ -84,20 +85,20 @@ def test_the_offset_at_touch_is_that_of_the_last_closing(scenario, episode, gras
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.010 * t
     episode.verdict["left_contact"] = lambda t: (t >= 3.2).astype(float)
-    summary = summarise(scenario, episode.log(), 6.0)
+    summary = summarise(resolve(scenario), episode.log(), 6.0)
     assert summary["touch_across_m"] == pytest.approx(-0.032, abs=2e-4)
     assert summary["touch_along_m"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_train_that_was_thrown_up_is_not_lifted(scenario, episode):
     episode.verdict["lift"] = lambda t: 0.3 * (t > 4.0)
-    assert summarise(scenario, episode.log(), 6.0)["lift_height_m"] == 0.0
+    assert summarise(resolve(scenario), episode.log(), 6.0)["lift_height_m"] == 0.0
 
 
 def test_prediction_errors_are_those_of_the_target_while_tracking(scenario, episode):
     """Every packet is 10 mm to the left; in the first second, before tracking, the error would be a metre."""
     episode.beside = lambda t: np.where(t < 1.0, 1.0, 0.010)
-    summary = summarise(scenario, episode.log(), 6.0)
+    summary = summarise(resolve(scenario), episode.log(), 6.0)
     assert summary["prediction_rms_m"] == pytest.approx(0.010, abs=1e-6)
     assert summary["prediction_p95_m"] == pytest.approx(0.010, abs=1e-6)
 
@@ -105,7 +106,7 @@ def test_prediction_errors_are_those_of_the_target_while_tracking(scenario, epis
 def test_position_error_is_that_of_the_newest_packet_for_the_present(scenario, episode):
     episode.beside = lambda t: 0.004 * np.sin(t)
     expected = np.sqrt(np.mean((0.004 * np.sin(np.arange(1.02, 6.0, VISION_PERIOD))) ** 2))
-    summary = summarise(scenario, episode.log(), 6.0)
+    summary = summarise(resolve(scenario), episode.log(), 6.0)
     assert summary["position_rms_m"] == pytest.approx(expected, rel=0.01)
 
 
@@ -114,7 +115,7 @@ def test_triangulation_error_and_jitter(scenario, episode):
     rng = np.random.default_rng(1)
     episode.duration = 60.0
     episode.offsets = lambda t: np.column_stack([0.006 * np.sin(0.5 * t), 0.0 * t]) + rng.normal(0.0, 1e-3, (len(t), 2))
-    summary = summarise(scenario, episode.log(), 60.0)
+    summary = summarise(resolve(scenario), episode.log(), 60.0)
     expected = math.hypot(0.006 / math.sqrt(2), 0.001 * math.sqrt(2))
     assert summary["triangulation_rms_m"] == pytest.approx(expected, rel=0.05)
     assert summary["triangulation_jitter_m"] == pytest.approx(0.001 * math.sqrt(2), rel=0.05)
@@ -124,29 +125,29 @@ def test_errors_while_the_arm_is_blind_do_not_count(scenario, episode, grasp_pha
     episode.phases = grasp_phases
     episode.offsets = lambda t: np.where(t > 3.02, 0.2, 0.001)[:, None] * [1.0, 0.0]
     episode.valid = lambda t: (t < 3.02).astype(float)
-    summary = summarise(scenario, episode.log(), 6.0)
+    summary = summarise(resolve(scenario), episode.log(), 6.0)
     assert summary["triangulation_rms_m"] == pytest.approx(0.001, rel=0.05)
     assert summary["vision_valid_fraction"] == 1.0
 
 
 def test_valid_fraction_counts_from_the_first_centroid(scenario, episode):
     episode.valid = lambda t: (np.round(t / VISION_PERIOD) % 4 != 0).astype(float)
-    assert summarise(scenario, episode.log(), 6.0)["vision_valid_fraction"] == pytest.approx(0.75, abs=0.005)
+    assert summarise(resolve(scenario), episode.log(), 6.0)["vision_valid_fraction"] == pytest.approx(0.75, abs=0.005)
 
 
 def test_the_lag_has_a_single_value(scenario, episode, known):
-    lag = summarise(scenario, episode.log(), 6.0)["lag_s"]
+    lag = summarise(resolve(scenario), episode.log(), 6.0)["lag_s"]
     assert lag["min"] == lag["max"] == pytest.approx(known.LAG, abs=1e-6)
 
 
 def test_the_summary_contains_the_limits_of_the_arm(scenario, episode):
     log = episode.log()
     log["arm_state"].data[500, 6 + 1] = -1.51 * 0.5  # half the rated speed of joint 2
-    assert summarise(scenario, log, 6.0)["speed_share"] == pytest.approx(0.5, abs=1e-6)
+    assert summarise(resolve(scenario), log, 6.0)["speed_share"] == pytest.approx(0.5, abs=1e-6)
 
 
 def test_the_same_log_gives_the_same_summary(scenario, episode):
-    assert summarise(scenario, episode.log(), 6.0) == summarise(scenario, episode.log(), 6.0)
+    assert summarise(resolve(scenario), episode.log(), 6.0) == summarise(resolve(scenario), episode.log(), 6.0)
 
 
 def test_a_saved_summary_is_plain_json(tmp_path):

@@ -8,9 +8,16 @@ import pytest
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks.train import track_placement
-from drake_tracker.tasks.train.open_track import last_place, time_within_reach
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, place_other_track, place_outside, place_track
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.track_placement import (
+    check_track,
+    last_place,
+    place_other_track,
+    place_outside,
+    place_track,
+    time_within_reach,
+)
 from drake_tracker.vision.region_of_interest import is_within
 from drake_tracker.world.train.plant import TABLE_TOP, WHEELS
 
@@ -21,7 +28,7 @@ OUT_OF_REACH = 110
 @functools.cache
 def reach():
     """The reach of the arm, which no override in these tests changes."""
-    return Reach(load_scenario("train:learned"))
+    return resolve(load_scenario("train:learned")).reach
 
 
 def drawn(*overrides, seed=3):
@@ -239,7 +246,7 @@ def test_the_extents_of_table_and_wheels_are_those_of_the_models():
 
 def check(*overrides, seed=3):
     scenario = load_scenario("train:learned", seed=seed, overrides=overrides)
-    arm = Reach(scenario)
+    arm = resolve(scenario).reach
     track, start = place_track(scenario, arm)
     check_track(scenario, track, start, arm)
     return track
@@ -322,7 +329,7 @@ def test_a_train_that_starts_at_the_end_of_a_line_is_rejected():
 )
 def test_a_line_that_leaves_no_time_for_a_grasp_is_rejected(overrides):
     scenario = line(*overrides)
-    arm = Reach(scenario)
+    arm = resolve(scenario).reach
     with pytest.raises(DrakeTrackerError) as error:
         check_track(scenario, *place_track(scenario, arm), arm)
     (text,) = str(error.value).split("\n")

@@ -4,7 +4,7 @@ from conveyor_world import HEIGHT, KINDS, World, arrival
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.conveyor.vision_parts import rendered_windows
+from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.loader import load_scenario
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
@@ -116,7 +116,7 @@ def test_all_memory_is_in_the_context():
 def test_parts_are_free_wherever_an_image_shows_the_belt(overrides):
     scenario = load_scenario("conveyor", overrides=overrides)
     cameras = true_camera_models(scenario.cameras)
-    windows = {f"camera_{side}": window for side, window in rendered_windows(scenario).items()}
+    windows = {f"camera_{side}": window for side, window in resolve(scenario).windows.items()}
     belt = scenario.belt
     first, last = free_stretch(belt, cameras, windows)
     assert first <= belt.entry - BEFORE_ENTRY and last >= belt.end + BEYOND_END

@@ -5,7 +5,8 @@ from pydrake.math import RigidTransform
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.cameras.boards.board_poses import pose_error
 from drake_tracker.core.messages import JawState
-from drake_tracker.tasks.train.wrist_parts import load_wrist_camera, wrist_parts
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.vision import wrist_parts
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.imaging.wrist_camera import true_wrist_model, wrist_camera_pose
 
@@ -34,7 +35,7 @@ def test_a_camera_on_the_axis_looks_along_the_approach():
 
 def test_the_packaged_calibration_is_close_to_the_truth_but_not_the_truth():
     scenario = load_scenario("train:wrist")
-    known, true = load_wrist_camera(scenario), true_wrist_model(scenario.cameras.wrist)
+    known, true = wrist_parts(resolve(scenario)).hand.camera, true_wrist_model(scenario.cameras.wrist)
     distance, turn = pose_error(RigidTransform(known.X_WC), RigidTransform(true.X_WC))
     assert 0.0 < distance < 0.003 and np.rad2deg(turn) < 0.3
 
@@ -47,7 +48,7 @@ def test_the_image_shows_the_hand_where_the_controller_expects_it(at_start):
     orange[:60] = False  # the fingers are in the lower half, as is no part of the train
     assert orange.sum() > 200
     width = JawState(diagram.GetOutputPort("jaws").Eval(context)).width
-    scene = wrist_parts(load_scenario("train:wrist")).hand.scene(width)
+    scene = wrist_parts(resolve(load_scenario("train:wrist"))).hand.scene(width)
     assert scene[orange].mean() < 0.02
     assert scene.mean() > 0.6
 
@@ -61,7 +62,7 @@ def test_the_image_moves_with_the_hand(at_start):
     q = plant.GetPositions(plant_context, diagram.world.laboratory.arm)
     plant.SetPositions(plant_context, diagram.world.laboratory.arm, q + [0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
     after = diagram.GetOutputPort("camera_wrist").Eval(moved).data.astype(int)
-    scene = wrist_parts(load_scenario("train:wrist")).hand.scene(0.088) > 0.0
+    scene = wrist_parts(resolve(load_scenario("train:wrist"))).hand.scene(0.088) > 0.0
     change = np.abs(after - before)[..., :3].max(axis=2)
     assert np.median(change[scene]) > 1.5 * np.median(change[~scene])
 

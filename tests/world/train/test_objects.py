@@ -10,10 +10,9 @@ from drake_tracker.core.setting import replace_settings
 from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import save_scenario
 from drake_tracker.tasks.task import BODY_STATE
+from drake_tracker.tasks.train.diagram import make_world
 from drake_tracker.tasks.train.objects import train_objects
-from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.train.driven_objects import PARKED, REACHING, RollingBall, WavingHand
 from drake_tracker.world.train.object_kinds import OBJECTS
 from drake_tracker.world.train.objects_config import Ball, Hand, Train
@@ -29,20 +28,13 @@ class Laboratory:
 
     def __init__(self, *overrides, spec="train"):
         self.scenario = load_scenario(spec, overrides=list(overrides))
-        reach = Reach(self.scenario)
-        self.track, self.start = place_track(self.scenario, reach)
-        self.world = make_train_world(
-            self.scenario,
-            description=reach.description,
-            q_initial=reach.q_initial,
-            track=self.track,
-            start=self.start,
-            windows={},
-        )
+        setup = resolve(self.scenario)
+        self.track, self.start = setup.placement
+        self.world = make_world(setup, windows={})
         self.plant = self.world.laboratory.plant
         self.simulator = Simulator(self.world)
         self.context = self.simulator.get_mutable_context()
-        self.world.GetInputPort("arm_desired_state").FixValue(self.context, [*reach.q_initial, *np.zeros(6)])
+        self.world.GetInputPort("arm_desired_state").FixValue(self.context, [*setup.reach.q_initial, *np.zeros(6)])
         self.world.GetInputPort("arm_feedforward").FixValue(self.context, np.zeros(6))
         self.world.GetInputPort("gripper_desired_state").FixValue(self.context, [0.044, 0.0])
 
@@ -179,7 +171,7 @@ def test_the_ball_is_clear_of_the_default_train_whatever_the_seed():
     y = config.place[1] + np.linspace(-config.amplitude, config.amplitude, 15)
     path = np.column_stack([np.full_like(y, config.place[0]), y])
     for seed in range(12):
-        track, _ = place_track(load_scenario("train:learned", seed=seed))
+        track = resolve(load_scenario("train:learned", seed=seed)).track
         distances = np.hypot(*(path[:, None] - track.points[None]).transpose(2, 0, 1))
         assert distances.min() - config.radius - 0.026 > 0.02, seed
 

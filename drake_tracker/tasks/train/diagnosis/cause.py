@@ -13,7 +13,7 @@ from drake_tracker.tasks.train.diagnosis.trouble_signals import (
     rejected_packets,
     vision_troubles,
 )
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 
 FORGOTTEN = 3.0
 """Time before a descent [s] within which trouble can have spoilt it."""
@@ -24,7 +24,7 @@ LONGER = 2.0
 _MOTION = (*(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAIN_REVERSED, Cause.TRAIN_STOPPED),)
 
 
-def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
+def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
     """Returns the trouble to which a failure is due, None when nothing in the log was out of the ordinary.
 
     Ground truth is used, as in every judgement after a run; the settings of injected faults are not. What happens after
@@ -32,7 +32,7 @@ def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) 
     when the jaws begin to close; what moves the train from then on may be the hand.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
     """
@@ -44,12 +44,12 @@ def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) 
     closings = [span.start for span in spans if span.phase == Phase.CLOSE]
     launches = [span.start for span in spans if span.phase == Phase.INTERCEPT]
     found = [
-        *motion_troubles(scenario, log, min([until, *closings])),
-        *_signal_troubles(scenario, log, spans, until),
-        *gripper_troubles(scenario, log, spans, until),
+        *motion_troubles(setup, log, min([until, *closings])),
+        *_signal_troubles(setup, log, spans, until),
+        *gripper_troubles(setup, log, spans, until),
     ]
     if not found and until < end:
-        found = _signal_troubles(scenario, log, spans, end)
+        found = _signal_troubles(setup, log, spans, end)
     mattered = [trouble for trouble in found if _mattered(trouble, found, launches, end)]
     order = list(Cause)
 
@@ -70,12 +70,12 @@ def first_touch(log: Log) -> float | None:
     return float(touched[0]) if len(touched) else None
 
 
-def _signal_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
+def _signal_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
     return [
         *rejected_packets(log, until),
         *host_troubles(log, until),
         *link_troubles(log, until),
-        *vision_troubles(scenario, log, spans, until),
+        *vision_troubles(setup, log, spans, until),
         *arm_troubles(log, until),
         *operator_troubles(spans, until),
     ]

@@ -14,7 +14,7 @@ from drake_tracker.tasks.train.closing import clearance, offset_at_touch
 from drake_tracker.tasks.train.diagnosis.cause import main_trouble
 from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.episode import sighted
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 
 SEEN = 0.5
 """Fraction of the cycles with a valid point from which vision is not the reason."""
@@ -76,13 +76,13 @@ class Failure(NamedTuple):
 
 
 def explain_failure(
-    scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
+    setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
 ) -> Failure | None:
     """Returns why the train was not lifted, None when it was. The arguments are those of `failure_reason`."""
-    reason = failure_reason(scenario, log, spans, valid_fraction, False)
+    reason = failure_reason(setup, log, spans, valid_fraction, False)
     if reason is None:
         return None
-    trouble = main_trouble(scenario, log, spans)
+    trouble = main_trouble(setup, log, spans)
     if trouble is not None:
         reason, cause = f"{trouble.sentence}; {reason}", trouble.cause
     else:
@@ -91,12 +91,12 @@ def explain_failure(
 
 
 def failure_reason(
-    scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
+    setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
 ) -> str | None:
     """Returns the reason of a failure in one sentence, or None when the train was lifted.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
         valid_fraction: fraction of the cycles with a valid point, None when vision was never used.
@@ -108,7 +108,7 @@ def failure_reason(
     derailed = bool(len(verdict.times) and verdict["derailed"][-1])
     attempts = _attempts(log)
     if attempts:
-        reason = _last_attempt(scenario, log, spans, attempts, derailed)
+        reason = _last_attempt(setup, log, spans, attempts, derailed)
     elif derailed:
         reason = "the train left its track before the first attempt"
     elif any(span.phase == Phase.TRACK for span in spans):
@@ -128,7 +128,7 @@ def _attempts(log: Log) -> int:
     return int(diagnosis["attempts"][-1]) if len(diagnosis.times) else 0
 
 
-def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], attempts: int, derailed: bool) -> str:
+def _last_attempt(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], attempts: int, derailed: bool) -> str:
     """Returns the outcome of the last attempt, as a sentence."""
     start = max(k for k, span in enumerate(spans) if span.phase == Phase.INTERCEPT)
     phases = [span.phase for span in spans[start:]]
@@ -142,12 +142,12 @@ def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan],
     if Phase.RETREAT not in phases and not derailed:
         return f"the run ended while the jaws of attempt {attempts} were closing"
     where = ""
-    offset = offset_at_touch(scenario, log, spans)
+    offset = offset_at_touch(setup, log, spans)
     if offset is not None:
         along, across = (1e3 * abs(x) for x in offset)
         where = (
             f": at contact the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle; "
-            f"at most {1e3 * clearance(scenario):.0f} mm across is possible"
+            f"at most {1e3 * clearance(setup):.0f} mm across is possible"
         )
     reason = f"attempt {attempts} missed{thrown}{where}"
     if Phase.TRACK in phases:

@@ -17,8 +17,7 @@ from drake_tracker.tasks.episode import Log, PhaseSpan, interpolate_rows
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.tracks import fresh_tracks, logged_tracks
 from drake_tracker.tasks.train.episode import phase_spans, sighted
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.train.objects_config import Train
 
 FIRST_TRAIN = "truth_first_train_state"
@@ -63,20 +62,20 @@ class Swap(NamedTuple):
     after: int
 
 
-def run_objects(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> RunObjects:
+def run_objects(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> RunObjects:
     """Returns the objects that a run was about. With a vision of a single object they can only be the first train.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
     """
     verdict, judged = log["truth_verdict"], log.get(_JUDGED)
     lifted = None
     if len(verdict.times) and verdict["taken"][-1]:
-        trains = [0, *(k for k, each in enumerate(scenario.objects, start=1) if isinstance(each, Train))]
+        trains = [0, *(k for k, each in enumerate(setup.scenario.objects, start=1) if isinstance(each, Train))]
         lifted = trains[int(judged.data[-1, 0])] if judged is not None and len(judged.times) else 0
-    return RunObjects(_target(log, spans) if tracks_several(scenario) else 0, lifted)
+    return RunObjects(_target(log, spans) if setup.several else 0, lifted)
 
 
 def target_swaps(log: Log, spans: Sequence[PhaseSpan]) -> list[Swap]:
@@ -109,17 +108,17 @@ def target_swaps(log: Log, spans: Sequence[PhaseSpan]) -> list[Swap]:
     return sorted(swaps, key=lambda swap: swap.time)
 
 
-def about_target(scenario: TrainScenario, log: Log) -> Log:
+def about_target(setup: TrainSetup, log: Log) -> Log:
     """Returns a log for everything that compares a run with the truth: its train is the object that was the target.
 
     Where the target is not the first train, the state of the target has the name of the first train's, whose own is
     under `FIRST_TRAIN`. Otherwise it is the given log.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
     """
-    target = run_objects(scenario, log, phase_spans(log, scenario.time_step)).target
+    target = run_objects(setup, log, phase_spans(log, setup.scenario.time_step)).target
     if not target:
         return log
     states = _states(log)

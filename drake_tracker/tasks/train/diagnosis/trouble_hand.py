@@ -10,7 +10,7 @@ from drake_tracker.grasp.jaws import FORCE_SHARE, WIDTH_TOLERANCE
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.train.diagnosis.trouble import Cause, Trouble, stretches, troubles
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.setup import TrainSetup
 
 FOLLOWING_ERROR = 0.05
 """Distance of a joint from its set-point [rad] that does not occur in normal runs; 0.025 rad is the most that does."""
@@ -57,11 +57,11 @@ def arm_troubles(log: Log, until: float) -> list[Trouble]:
     return found
 
 
-def gripper_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], touch: float) -> list[Trouble]:
+def gripper_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], touch: float) -> list[Trouble]:
     """Returns where the jaws closed too slowly, or pressed too weakly on the train.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
         touch: time until which nothing holds the jaws back [s], normally the first touch of the train.
@@ -69,14 +69,14 @@ def gripper_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpa
     jaws, command = log["jaws"], log["command"]
     if len(command.times) == 0:
         return []
-    times, width = jaws.times, scenario.grasp.object_width
+    times, width = jaws.times, setup.scenario.grasp.object_width
     asked = np.interp(times - _DELAY, command.times, command["jaw_width"])
     closing = during(spans, times, Phase.CLOSE)
     open_ = jaws["width"] > width + WIDTH_TOLERANCE
     slow = closing & open_ & (times <= touch) & (jaws["width"] > asked + JAWS_LATE)
     on_object = (np.abs(jaws["width"] - width) <= WIDTH_TOLERANCE) & (asked < width - WIDTH_TOLERANCE)
     gripping = during(spans, times, Phase.CLOSE, Phase.LIFT, Phase.HOLD)
-    weak = gripping & on_object & (jaws["force"] < FORCE_SHARE * scenario.grasp.grip_force)
+    weak = gripping & on_object & (jaws["force"] < FORCE_SHARE * setup.scenario.grasp.grip_force)
     return [
         *troubles(Cause.GRIPPER, "the jaws closed more slowly than commanded", times, slow, 0.06),
         *troubles(Cause.GRIPPER, "the jaws pressed on the train with too little force", times, weak, 0.25),

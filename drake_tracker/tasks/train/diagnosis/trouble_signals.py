@@ -11,8 +11,7 @@ from drake_tracker.tasks.episode import Log, PhaseSpan
 from drake_tracker.tasks.tracks import fresh_tracks
 from drake_tracker.tasks.train.diagnosis.trouble import Cause, Trouble, stretches, troubles
 from drake_tracker.tasks.train.episode import sighted, train_pose
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.vision.silhouettes.target import REASONS as NO_POINT
 from drake_tracker.vision.silhouettes.target import Reason
 
@@ -39,16 +38,16 @@ LEARNING = 6.0
 _WINDOW = 1.0
 
 
-def vision_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
+def vision_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
     """Returns where vision did not see the moving train, or saw it in the wrong place.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
         until: time until which points are judged [s].
     """
-    if tracks_several(scenario):
+    if setup.several:
         return [*_without_point(log, spans, until), *_wrong_places(log, spans, until)]
     names = {"centroid_left": "the left camera", "centroid_right": "the right camera"}
     unseen = {name: _unseen(log, name, spans, until) for name in names if name in log} or {

@@ -31,8 +31,7 @@ from drake_tracker.tasks.style import (
 from drake_tracker.tasks.tracks import logged_tracks
 from drake_tracker.tasks.train.closing import clearance, last_closing
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.setup import TrainSetup
 
 _APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 _WAITING = (Phase.ACQUIRE, Phase.TRACK)
@@ -42,7 +41,7 @@ _PROBABILITY = "p_success"
 """Field of the signal ``diagnosis``, which the logs of earlier versions lack."""
 
 
-def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any], path: Path) -> None:
+def draw_tracking(setup: TrainSetup, log: Log, summary: Mapping[str, Any], path: Path) -> None:
     """Draws a run as one picture, 3200 x 1800 px.
 
     On the left are the track from above and the grasp; on the right, over time, the phases, the probability that a
@@ -50,27 +49,27 @@ def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any],
     out.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
         summary: what `summarise` returned.
         path: PNG file to write.
     """
-    spans = phase_spans(log, scenario.time_step)
+    spans = phase_spans(log, setup.scenario.time_step)
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
             2, 1, left=0.05, right=0.50, top=0.82, bottom=0.075, height_ratios=(1.75, 1.0), hspace=0.52
         )
-        _draw_map(figure.add_subplot(grid[0]), scenario, log, spans)
-        _draw_grasp(figure.add_subplot(grid[1]), scenario, log, spans)
-        _draw_over_time(figure, scenario, log, spans)
-        _draw_headline(figure, scenario, summary)
+        _draw_map(figure.add_subplot(grid[0]), setup, log, spans)
+        _draw_grasp(figure.add_subplot(grid[1]), setup, log, spans)
+        _draw_over_time(figure, setup, log, spans)
+        _draw_headline(figure, setup, summary)
         with replacing(path) as beside:
             figure.savefig(beside, dpi=200)
 
 
-def _draw_over_time(figure: Figure, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+def _draw_over_time(figure: Figure, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the right half of the picture: phases, probability of success and errors, on one time axis."""
     known = "diagnosis" in log and _PROBABILITY in log["diagnosis"].names
     heights, gap = ((0.13, 0.3, 1.0, 1.0), 0.46) if known else ((0.13, 1.0, 1.0), 0.3)
@@ -80,11 +79,11 @@ def _draw_over_time(figure: Figure, scenario: TrainScenario, log: Log, spans: Se
     strip, *probability, across, along = (figure.add_subplot(cell) for cell in grid)
     draw_phases(strip, spans)
     for ax in probability:
-        _draw_probability(ax, scenario, log, spans)
-    _draw_errors(across, along, scenario, log, spans)
+        _draw_probability(ax, setup, log, spans)
+    _draw_errors(across, along, setup, log, spans)
 
 
-def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str, Any]) -> None:
+def _draw_headline(figure: Figure, setup: TrainSetup, summary: Mapping[str, Any]) -> None:
     attempts = summary["attempts"]
     if summary["success"]:
         ordinal = "first attempt" if attempts == 1 else f"attempt {attempts}"
@@ -96,8 +95,8 @@ def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str
         end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
         reason = textwrap.fill(summary["failure_reason"], 118)
         figure.text(end + 0.015, 0.954, reason, fontsize=11.5, color=FAR_PREDICTED, va="center")
-    track = scenario.track
-    facts = [f"scenario {scenario.name}, seed {scenario.seed}", f"{track.kind} at {track.speed:g} m/s"]
+    track = setup.scenario.track
+    facts = [f"scenario {setup.scenario.name}, seed {setup.scenario.seed}", f"{track.kind} at {track.speed:g} m/s"]
     for key, words in (
         ("position_rms_m", "present position {:.1f} mm rms"),
         ("triangulation_rms_m", "triangulation {:.1f} mm rms"),
@@ -108,9 +107,9 @@ def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str
     figure.text(0.05, 0.915, "   ·   ".join(facts), fontsize=11.5, color=SOFT_INK, va="center")
 
 
-def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+def _draw_map(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the track from above, with the robot below: true, measured, filtered and predicted path, and the hand."""
-    start, end = _lap(scenario, log, spans)
+    start, end = _lap(setup, log, spans)
     truth = log["truth_train_state"]
     ax.plot(truth["y"], truth["x"], color="#e6e8eb", lw=9, zorder=0)
 
@@ -201,25 +200,25 @@ _NAMES = (
 )
 
 
-def _lap(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float]:
+def _lap(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float]:
     """Returns start and end [s] of the time that the map shows: the last lap before the jaws closed."""
     truth = log["truth_train_state"]
     _, close = last_closing(spans)
     times = truth.times if close is None else truth.times[truth.times <= close.end]
     if len(times) == 0:
         return 0.0, 0.0
-    track, _ = place_track(scenario)
+    track, _ = setup.placement
     distance = np.cumsum(np.hypot(*np.diff(truth.view("x", "y")[: len(times)], axis=0).T)[::-1])
     back = np.searchsorted(distance, track.length) if track.closed else len(distance)
     return times[max(len(times) - 1 - back, 0)], times[-1]
 
 
-def _draw_probability(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+def _draw_probability(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the probability that a grasp would succeed, and the value from which on the hand descends.
 
     It is shown until the jaws hold in a guided descent, and until the launch before a blind one, which cannot change.
     """
-    diagnosis, config = log["diagnosis"], scenario.grasp
+    diagnosis, config = log["diagnosis"], setup.scenario.grasp
     phases = (Phase.ACQUIRE, *_APPROACHING) if config.descent == "guided" else _WAITING
     shown = during(spans, diagnosis.times, *phases)
     times, percent = broken(diagnosis.times[shown], 100.0 * diagnosis[_PROBABILITY][shown])
@@ -245,7 +244,7 @@ def _shade_grasps(ax: Axes, spans: Sequence[PhaseSpan]) -> None:
             ax.axvspan(span.start, span.end, color=phase_colour(span.phase), alpha=0.12, lw=0, zorder=0)
 
 
-def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+def _draw_errors(across: Axes, along: Axes, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the errors over time, across the track in the upper plot and along it in the lower one."""
     point = log["point"]
     seen = (point["valid"] > 0) & sighted(spans, point["stamp"])
@@ -255,7 +254,7 @@ def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, s
         used = sighted(spans, ahead.stamps)
         lines.append((ahead.times[used], ahead.xy[used], colour))
     tool = log["tool"]
-    near = during(spans, tool.times, *_APPROACHING) & (tool.times >= _arrival(scenario, spans))
+    near = during(spans, tool.times, *_APPROACHING) & (tool.times >= _arrival(setup, spans))
     lines.append((tool.times[near], tool.view("x", "y")[near], HAND))
     largest = [10.0]
     for times, xy, colour in lines:
@@ -266,14 +265,14 @@ def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, s
                 ax.plot(times, error[:, column], ".", color=colour, ms=1.8, zorder=1)
             else:
                 ax.plot(*broken(times, error[:, column]), color=colour, lw=1.3, zorder=2)
-    limit = min(max(1.25 * max(largest), 1e3 * clearance(scenario) * 1.3), 80.0)
+    limit = min(max(1.25 * max(largest), 1e3 * clearance(setup) * 1.3), 80.0)
     total = time_axis_length(spans)
     for ax, title in ((across, "Error across the track"), (along, "Error along the track")):
         ax.set(xlim=(0.0, total), ylim=(-limit, limit), ylabel="mm")
         ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
         ax.set_title(title, pad=10)
         _shade_grasps(ax, spans)
-    fits = 1e3 * clearance(scenario)
+    fits = 1e3 * clearance(setup)
     for side in (-fits, fits):
         across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
     across.annotate(
@@ -297,13 +296,13 @@ def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, s
     )
 
 
-def _arrival(scenario: TrainScenario, spans: Sequence[PhaseSpan]) -> float:
+def _arrival(setup: TrainSetup, spans: Sequence[PhaseSpan]) -> float:
     """Returns the time [s] at which the hand was over the train for the first time."""
     starts = [span.start for span in spans if span.phase == Phase.TRACK]
-    return starts[0] + scenario.grasp.approach_duration if starts else np.inf
+    return starts[0] + setup.scenario.grasp.approach_duration if starts else np.inf
 
 
-def _draw_grasp(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+def _draw_grasp(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the heights of jaws and train and the opening of the jaws, around the last attempt or, without an attempt,
     over the whole run.
     """
@@ -331,7 +330,7 @@ def _draw_grasp(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[Pha
                 )
     shown, opened = ((signal.times >= start) & (signal.times <= end) for signal in (tool, jaws))
     times = tool.times[shown]
-    table = scenario.table_height
+    table = setup.scenario.table_height
     curves = [
         ("jaws, above the table", times, 1e3 * (tool["z"][shown] - table), HAND),
         ("train, above the table", times, 1e3 * (train_pose(log, times)[:, 2] - table), TRUTH),

@@ -18,8 +18,7 @@ from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Closeup, Film, Frame, Script, Snapshot, View
 from drake_tracker.tasks.train.closing import LATEST
 from drake_tracker.tasks.train.pictures.grasp_instants import SPAN
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
+from drake_tracker.tasks.train.setup import TrainSetup
 
 PREDICTING = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 """Phases in which a predicted path is drawn. In the others the hand holds the train, or returns."""
@@ -78,28 +77,28 @@ TRAIN_VIEW = View(phases=PREDICTING, path=_path_at(_RECORDING_TIMES))
 TRAIN_SNAPSHOT = Snapshot(sides=SIDES, phases=(Phase.TRACK,), period=1.0, draw=_draw_snapshot)
 
 
-def train_closeup(scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Closeup:
+def train_closeup(setup: TrainSetup, hand_eye: HandEyeDiagram) -> Closeup:
     """Returns which images of a run of the train are kept for the picture of the grasp.
 
     They begin early enough for a contact that comes before the jaws close.
 
     Args:
-        scenario: scenario with ``vision: !Rendered``.
+        setup: of a scenario with ``vision: !Rendered``.
         hand_eye: the diagram of the run.
     """
-    cameras, offsets = load_cameras(scenario), _offsets(hand_eye)
+    cameras, offsets = setup.cameras, _offsets(hand_eye)
 
     def draw(frames: Sequence[Frame], log: Log, path: Path) -> None:
         from drake_tracker.tasks.train.pictures.grasp_figure import draw_grasp  # Matplotlib is slow to load
 
-        draw_grasp(scenario, cameras, offsets, frames, log, path)
+        draw_grasp(setup, cameras, offsets, frames, log, path)
 
     return Closeup(
         file=GRASP_PICTURE,
         sides=SIDES,
         phase=Phase.CLOSE,
         before=SPAN + _EARLY,
-        after=touch_delay(scenario.grasp) + LATEST,
+        after=touch_delay(setup.scenario.grasp) + LATEST,
         image_latency=hand_eye.world.image_latency,
         draw=draw,
     )
@@ -110,26 +109,26 @@ def _offsets(hand_eye: HandEyeDiagram) -> dict[str, tuple[int, int]]:
     return {side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES}
 
 
-def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
+def train_film(setup: TrainSetup, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
     """Returns what the camera video of a run of the train shows.
 
     Args:
-        scenario: scenario with ``vision: !Rendered``.
+        setup: of a scenario with ``vision: !Rendered``.
         hand_eye: the diagram of the run.
         subtitle: second line of text.
     """
-    config = scenario.cameras
-    cameras = load_cameras(scenario)
-    windows = look_windows(scenario, cameras)
+    config = setup.scenario.cameras
+    cameras = setup.cameras
+    windows = setup.search_windows
     return Film(
-        title=scenario.name,
+        title=setup.scenario.name,
         subtitle=subtitle,
         polygons={side: windows[side].polygon for side in SIDES},
         image_size=(config.width, config.height),
         cameras=cameras,
         offsets=_offsets(hand_eye),
-        lag=scenario.vision.lag_cycles * VISION_PERIOD,
-        lag_cycles=scenario.vision.lag_cycles,
+        lag=setup.scenario.vision.lag_cycles * VISION_PERIOD,
+        lag_cycles=setup.scenario.vision.lag_cycles,
         script=TRAIN_SCRIPT,
         image_latency=hand_eye.world.image_latency,
         several=has_tracks(hand_eye),

@@ -23,8 +23,7 @@ from drake_tracker.tasks.style import HAND, INK, PLOT_STYLE, SOFT_INK, phase_col
 from drake_tracker.tasks.train.closing import Contact, contact_of
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, GraspInstant, InstantView, grasp_instants
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.setup import TrainSetup
 
 VISION, CONTACT, JAWS = "#ffb000", "#4cc2ff", "#37e0a6"
 """Colours of what vision found, of the predicted contact and of the hand, on the images."""
@@ -41,7 +40,7 @@ _EDGE = (Stroke(linewidth=4.5, foreground="#0c0e10"), Normal())
 
 
 def draw_grasp(
-    scenario: TrainScenario,
+    setup: TrainSetup,
     cameras: Mapping[str, CameraModel],
     offsets: Mapping[str, tuple[int, int]],
     frames: Sequence[Frame],
@@ -51,28 +50,28 @@ def draw_grasp(
     """Draws the instants before the contact of the last attempt side by side. Writes no file if the jaws never closed.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         cameras: {side: calibrated camera}.
         offsets: {side: (u0, v0) of the first pixel of its images in the full image [px]}.
         frames: images around the last closing, in the order of time.
         log: {name: Signal} of the run.
         path: PNG file to write.
     """
-    spans = phase_spans(log, scenario.time_step)
-    contact = contact_of(scenario, log, spans)
+    spans = phase_spans(log, setup.scenario.time_step)
+    contact = contact_of(setup, log, spans)
     instants = grasp_instants(contact, spans, log, frames, cameras, offsets) if contact is not None else []
     if contact is not None and instants:
         with matplotlib.rc_context(PLOT_STYLE), replacing(path) as beside:
-            grasp_figure(scenario, contact, instants).savefig(beside, dpi=150)
+            grasp_figure(setup, contact, instants).savefig(beside, dpi=150)
 
 
-def grasp_figure(scenario: TrainScenario, contact: Contact, instants: Sequence[GraspInstant]) -> Figure:
+def grasp_figure(setup: TrainSetup, contact: Contact, instants: Sequence[GraspInstant]) -> Figure:
     """Returns the picture of a grasp: a row of views for each camera, a column for each instant.
 
     Each view shows the same part of its camera's image, in pixel coordinates of the full image.
 
     Args:
-        scenario: the scenario of the run.
+        setup: the resolved scenario of the run.
         contact: when the jaws touched the train.
         instants: at least one, in the order of time.
     """
@@ -92,7 +91,7 @@ def grasp_figure(scenario: TrainScenario, contact: Contact, instants: Sequence[G
                 _caption(ax, instant)
             if column == 0:
                 ax.set_ylabel(f"camera {side}", labelpad=6, fontsize=11.5)
-    _draw_header(figure, scenario, contact, height, cell)
+    _draw_header(figure, setup, contact, height, cell)
     return figure
 
 
@@ -150,17 +149,17 @@ def _words(before: float) -> str:
     return f"{abs(before):.2f} s {'after' if before < -0.005 else 'to'} contact"
 
 
-def _draw_header(figure: Figure, scenario: TrainScenario, contact: Contact, height: float, cell: float) -> None:
+def _draw_header(figure: Figure, setup: TrainSetup, contact: Contact, height: float, cell: float) -> None:
     """Writes the title, the facts about the run and, beginning at the middle column, the legend."""
-    guided = scenario.grasp.descent == "guided"
+    guided = setup.scenario.grasp.descent == "guided"
     way = "guided by vision" if guided else "blind since the launch"
     what = "contact" if contact.made else "no contact: the pads would have touched"
-    facts = f"scenario {scenario.name}, seed {scenario.seed}   ·   {what} at {contact.time:.2f} s"
-    facts += f"   ·   vision is {scenario.vision.lag_cycles * VISION_PERIOD:.2f} s late"
+    facts = f"scenario {setup.scenario.name}, seed {setup.scenario.seed}   ·   {what} at {contact.time:.2f} s"
+    facts += f"   ·   vision is {setup.scenario.vision.lag_cycles * VISION_PERIOD:.2f} s late"
     top, left = 1.0 - 0.30 / height, _LEFT / _WIDTH
     figure.text(left, top, f"The last half second before the contact, {way}", fontsize=21, weight="bold", va="center")
     figure.text(left, 1.0 - 0.67 / height, facts, fontsize=11.5, color=SOFT_INK, va="center")
     middle = (_LEFT + 0.5 * COUNT * (cell + _GAP)) / _WIDTH
     ax = figure.add_axes((middle, 1.0 - 0.74 / height, 1.0 - middle, 0.2 / height), frameon=False, xticks=[], yticks=[])
-    found = "outline and position by vision" if tracks_several(scenario) else "centroid by vision"
+    found = "outline and position by vision" if setup.several else "centroid by vision"
     name_colours(ax, [(found if guided else f"{found}, not used", _VISION_NAME), *_NAMES], y=0.0)

@@ -14,6 +14,7 @@ from drake_tracker.tasks.train.diagnosis.failure import explain_failure
 from drake_tracker.tasks.train.diagnosis.trouble import Cause, stretches
 from drake_tracker.tasks.train.diagnosis.trouble_signals import rejected_packets
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.tasks.train.task import TASK
 
@@ -44,7 +45,7 @@ def held(start, end):
 
 
 def found(episode, log):
-    return main_trouble(episode.scenario, log, phase_spans(log))
+    return main_trouble(resolve(episode.scenario), log, phase_spans(log))
 
 
 def assert_found(episode, log, cause, start, end, words):
@@ -64,10 +65,10 @@ def test_stretches_bridge_short_gaps_and_skip_short_spells():
 def test_a_normal_run_shows_no_trouble(episode, grasp_phases):
     log = episode.log()
     assert found(episode, log) is None
-    assert explain_failure(episode.scenario, log, phase_spans(log), 1.0, False).cause is Cause.NOT_LEARNED
+    assert explain_failure(resolve(episode.scenario), log, phase_spans(log), 1.0, False).cause is Cause.NOT_LEARNED
     episode.phases = [*grasp_phases[:4], (Phase.RETREAT, 3.9)]
     log = changed(episode.log(), "jaws", width=during(3.3, 9.0, 0.0))
-    assert explain_failure(episode.scenario, log, phase_spans(log), 1.0, False).cause is Cause.MISSED
+    assert explain_failure(resolve(episode.scenario), log, phase_spans(log), 1.0, False).cause is Cause.MISSED
 
 
 @pytest.mark.parametrize("speed, cause, words", [
@@ -111,7 +112,7 @@ def test_a_train_that_the_hand_pushed_off_its_track_was_missed(episode, grasp_ph
     episode.verdict = {"left_contact": lambda t: (t >= 3.4) * 1.0, "derailed": lambda t: (t >= 3.6) * 1.0}
     log = changed(episode.log(), "truth_train_state", x=lambda t, x: x + 0.05 * (t >= 3.6))
     log = changed(log, "jaws", width=during(3.3, 9.0, 0.0))
-    failure = explain_failure(episode.scenario, log, phase_spans(log), 1.0, False)
+    failure = explain_failure(resolve(episode.scenario), log, phase_spans(log), 1.0, False)
     assert failure.cause is Cause.MISSED and "threw the train off its track" in failure.reason
 
 
@@ -160,7 +161,7 @@ def test_link_trouble_is_not_called_settling(episode):
     """With a delay of 5 s the reason was that the train was never tracked, although vision saw it in every cycle."""
     episode.phases, episode.gate = [(Phase.ACQUIRE, 0.0)], Gate.NOT_TRACKING
     log = changed(episode.log(), "delivered", valid=during(0.0, 99.0, 0.0))
-    reason = summarise(episode.scenario, log, 6.0)["failure_reason"]
+    reason = summarise(resolve(episode.scenario), log, 6.0)["failure_reason"]
     assert reason.startswith("no packet of the host reached the arm from 0.3 to 6.0 s")
 
 

@@ -10,12 +10,13 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.train.closing import aborted_launches
 from drake_tracker.tasks.train.diagnosis.failure import GATE_WORDS, activity, failure_reason
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
 
 
 def reason(episode, valid_fraction=1.0, interrupted=False):
     log = episode.log()
-    return failure_reason(episode.scenario, log, phase_spans(log), valid_fraction, interrupted)
+    return failure_reason(resolve(episode.scenario), log, phase_spans(log), valid_fraction, interrupted)
 
 
 def after(time):
@@ -141,4 +142,4 @@ def test_an_interrupted_run_says_how_far_it_got(episode):
 
 
 def test_a_run_that_was_interrupted_at_once(scenario, nothing):
-    assert "never tracked" in failure_reason(scenario, nothing, (), None, True)
+    assert "never tracked" in failure_reason(resolve(scenario), nothing, (), None, True)

@@ -19,6 +19,7 @@ from drake_tracker.tasks.train.diagnosis.judged_train import (
     target_swaps,
 )
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.config import Several
 from drake_tracker.world.train.objects_config import Ball, Train
@@ -58,7 +59,7 @@ def two(episode, grasp_phases):
 
 
 def found(scenario, log):
-    return run_objects(scenario, log, phase_spans(log))
+    return run_objects(resolve(scenario), log, phase_spans(log))
 
 
 @pytest.mark.parametrize("target, judged, lifted", [(0, 0, 0), (0, None, None), (2, 1, 2), (2, 0, 0), (0, 1, 2)])
@@ -81,27 +82,29 @@ def test_points_near_no_object_name_no_target(two):
 
 def test_a_log_about_the_first_train_is_the_log_itself(two, episode):
     scenario, log = two(0)
-    assert about_target(scenario, log) is log
-    assert about_target(episode.scenario, log) is log, "a vision of one object is judged on the first train"
+    assert about_target(resolve(scenario), log) is log
+    assert about_target(resolve(episode.scenario), log) is log, "a vision of one object is judged on the first train"
 
 
 def test_errors_are_those_of_the_target(two):
     scenario, log = two(2)
-    about = about_target(scenario, log)
+    about = about_target(resolve(scenario), log)
     assert np.array_equal(about[FIRST_TRAIN].data, log["truth_train_state"].data)
     assert about["truth_train_state"]["x"] == pytest.approx(log["truth_train_state"]["x"] + 0.3)
-    assert summarise(scenario, log, 6.0)["triangulation_rms_m"] < 0.001
+    assert summarise(resolve(scenario), log, 6.0)["triangulation_rms_m"] < 0.001
 
 
 def test_the_second_train_counts_if_it_was_the_target(two):
-    summary = summarise(*two(2, 1), 6.0)
+    scenario, log = two(2, 1)
+    summary = summarise(resolve(scenario), log, 6.0)
     assert summary["success"] is True and summary["failure_reason"] is None and summary["cause"] is None
     assert summary["tracking"]["target_object"] == summary["tracking"]["lifted_object"] == "objects[1]"
     assert "objects[1]" in summary["tracking"]["sentences"][0]
 
 
 def test_another_train_than_the_target_does_not_count(two):
-    summary = summarise(*two(0, 1), 6.0)
+    scenario, log = two(0, 1)
+    summary = summarise(resolve(scenario), log, 6.0)
     assert summary["success"] is False and summary["cause"] == "second_object"
     assert summary["failure_reason"] == "the hand lifted objects[1] instead of train, the target"
     assert summary["time_to_grasp_s"] is None
@@ -109,7 +112,7 @@ def test_another_train_than_the_target_does_not_count(two):
 
 def test_a_vision_of_one_object_is_judged_as_before(two, episode):
     _, log = two(2, 0)
-    summary = summarise(episode.scenario, log, 6.0)
+    summary = summarise(resolve(episode.scenario), log, 6.0)
     assert summary["success"] is True and "tracking" not in summary
 
 
@@ -144,8 +147,8 @@ def test_a_track_that_goes_over_to_another_object_is_found(two):
     over = swapped(log, lambda t: 0.3 * np.clip(2.0 * (t - 1.5), 0.0, 1.0))
     (swap,) = target_swaps(over, spans)
     assert swap == Swap(pytest.approx(1.5 + 0.5 * 0.22 / 0.3, abs=0.02), 1, 0, 2)
-    assert target_swaps(about_target(scenario, over), spans) == [swap]
-    summary = summarise(scenario, over, 6.0)
+    assert target_swaps(about_target(resolve(scenario), over), spans) == [swap]
+    summary = summarise(resolve(scenario), over, 6.0)
     assert summary["tracking"]["swaps"][0]["after"] == "objects[1]"
     assert "track 1 was on objects[1] instead of train" in summary["tracking"]["sentences"][-1]
     late = swapped(log, lambda t: 0.3 if t > 3.2 else 0.0)

@@ -17,6 +17,7 @@ from drake_tracker.tasks.train.diagnosis.cause import main_trouble
 from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.diagnosis.trouble_tracking import tell_tracking, tracking_findings
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.config import Several
@@ -210,14 +211,14 @@ def dark_run(episode):
 
 def test_the_summary_tells_the_troubles(dark_run):
     scenario, log = dark_run
-    summary = summarise(scenario, log, 6.0)
+    summary = summarise(resolve(scenario), log, 6.0)
     assert summary["tracking"]["unusable_for"].keys() == {"light"}
     assert any("could not be used" in sentence for sentence in summary["tracking"]["sentences"])
 
 
 def test_a_failure_in_the_dark_is_told_with_its_reason(dark_run):
     scenario, log = dark_run
-    trouble = main_trouble(scenario, log, phase_spans(log))
+    trouble = main_trouble(resolve(scenario), log, phase_spans(log))
     assert trouble is not None and trouble.cause is Cause.CAMERA
     assert f"because {REASONS[Reason.UNUSABLE_IMAGE]}" in trouble.sentence
     verdict = perform(scenario, log)["verdict"]
@@ -226,7 +227,7 @@ def test_a_failure_in_the_dark_is_told_with_its_reason(dark_run):
 
 def test_the_command_prints_a_line_for_each_trouble(dark_run, tmp_path, capsys):
     scenario, log = dark_run
-    summary = summarise(scenario, log, 6.0)
+    summary = summarise(resolve(scenario), log, 6.0)
     report(scenario, summary, tmp_path)
     lines = capsys.readouterr().out.splitlines()
     told = [f"{'tracking':<18}{sentence}" for sentence in summary["tracking"]["sentences"]]

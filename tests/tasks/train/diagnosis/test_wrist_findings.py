@@ -8,8 +8,9 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.train.diagnosis.wrist_findings import wrist_findings
-from drake_tracker.tasks.train.two_processes import check_task
-from drake_tracker.tasks.train.wrist_parts import load_wrist_camera
+from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.two_processes import resolve_split
+from drake_tracker.tasks.train.vision import make_vision
 from drake_tracker.vision.hand.wrist_measurement import WristReason
 
 SPANS = [PhaseSpan(Phase.TRACK, 0.0, 1.0), PhaseSpan(Phase.INTERCEPT, 1.0, 2.0), PhaseSpan(Phase.LIFT, 2.0, 3.0)]
@@ -47,9 +48,9 @@ def test_a_camera_on_the_hand_needs_the_fixed_ones_to_track_objects():
 
 def test_a_camera_at_another_place_needs_a_calibration_of_its_own():
     with pytest.raises(DrakeTrackerError, match=r"train_wrist.yaml.*tilt_deg"):
-        load_wrist_camera(load_scenario("train:wrist", overrides=["cameras.wrist.tilt_deg=20.0"]))
+        make_vision(resolve(load_scenario("train:wrist", overrides=["cameras.wrist.tilt_deg=20.0"])))
 
 
 def test_two_processes_have_no_camera_on_the_hand():
     with pytest.raises(DrakeTrackerError, match="cameras.wrist"):
-        check_task(load_scenario("train:wrist"))
+        resolve_split(load_scenario("train:wrist"))

@@ -14,13 +14,14 @@ from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.tasks.style import bgr, track_colour
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.pictures.figures import _draw_over_time, _lap, draw_tracking
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.centroid.normal_flow import MotionImages
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def draw(scenario, log, path):
-    draw_tracking(scenario, log, summarise(scenario, log, 6.0), path)
+    draw_tracking(resolve(scenario), log, summarise(resolve(scenario), log, 6.0), path)
     return cv2.imread(str(path))
 
 
@@ -53,7 +54,7 @@ def test_the_map_shows_one_lap_of_a_closed_track(scenario, episode, grasp_phases
     scenario = scenario.with_settings({"track.kind": "circle", "track.radius": 0.05})
     episode.phases = grasp_phases
     log = episode.log()
-    start, end = _lap(scenario, log, phase_spans(log))
+    start, end = _lap(resolve(scenario), log, phase_spans(log))
     assert end == pytest.approx(3.54, abs=0.02)
     assert end - start == pytest.approx(2 * np.pi * 0.05 / 0.1, abs=0.03)
 
@@ -62,7 +63,7 @@ def right_half(scenario, log, spans):
     """The plots on the right of the picture, from top to bottom."""
     figure = Figure(figsize=(16, 9))
     FigureCanvasAgg(figure)
-    _draw_over_time(figure, scenario, log, spans)
+    _draw_over_time(figure, resolve(scenario), log, spans)
     return figure.axes
 
 

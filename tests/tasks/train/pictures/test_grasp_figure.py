@@ -17,6 +17,7 @@ from drake_tracker.tasks.train.closing import LATEST, contact_of
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.pictures.grasp_figure import draw_grasp, grasp_figure
 from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, SPAN, choose_frames, grasp_instants
+from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 OFFSET = (20, 10)
@@ -60,13 +61,13 @@ def with_tracks(log, episode, state=TrackState.MOVING):
 
 def instants_of(scenario, log, cameras, frames):
     spans = phase_spans(log, scenario.time_step)
-    contact = contact_of(scenario, log, spans)
+    contact = contact_of(resolve(scenario), log, spans)
     return contact, grasp_instants(contact, spans, log, frames, cameras, OFFSETS)
 
 
 def test_the_contact_is_the_first_one_since_the_launch(run):
     scenario, _, log = run
-    contact = contact_of(scenario, log, phase_spans(log))
+    contact = contact_of(resolve(scenario), log, phase_spans(log))
     assert contact.made and contact.time == pytest.approx(3.4, abs=1e-6)
 
 
@@ -77,7 +78,7 @@ def test_without_a_contact_it_is_when_the_pads_would_have_touched(scenario, epis
     episode.verdict["left_contact"] = lambda t: ((t > since) & (t < since + 0.5)).astype(float)
     log = episode.log()
     (close,) = (span.start for span in phase_spans(log) if span.phase == Phase.CLOSE)
-    contact = contact_of(scenario, log, phase_spans(log))
+    contact = contact_of(resolve(scenario), log, phase_spans(log))
     assert not contact.made and contact.time == pytest.approx(close + touch_delay(scenario.grasp))
     assert touch_delay(scenario.grasp) + LATEST < 1.0
 
@@ -103,7 +104,7 @@ def test_the_marks_are_where_the_cameras_project_what_was_known(run, small_labor
     scenario, episode, log = run
     cameras = small_laboratory.cameras
     contact, instants = instants_of(scenario, with_tracks(log, episode), cameras, frames_until(6.0))
-    figure = grasp_figure(scenario, contact, instants)
+    figure = grasp_figure(resolve(scenario), contact, instants)
     (x, y, z, yaw) = episode.predicted(np.array([contact.time]))[0]
     place = np.array([x, y, z])
     drawn = {side: figure.axes[row * COUNT : (row + 1) * COUNT] for row, side in enumerate(SIDES)}
@@ -146,7 +147,7 @@ def test_an_object_that_vision_did_not_see_is_marked_as_expected_only(run, small
     log = with_tracks(log, episode, TrackState.OCCLUDED)
     contact, instants = instants_of(scenario, log, small_laboratory.cameras, frames_until(6.0))
     assert [instant.seen for instant in instants] == [instant.time <= 3.3 for instant in instants]
-    figure = grasp_figure(scenario, contact, instants)
+    figure = grasp_figure(resolve(scenario), contact, instants)
     faces = [
         next(line for line in axes.lines if line.get_gid() == "point").get_markerfacecolor()
         for axes in figure.axes[:COUNT]
@@ -172,11 +173,11 @@ def test_a_vision_of_one_object_reports_its_centroids(run, small_laboratory):
 def test_the_picture_is_drawn_only_for_an_attempt(run, nothing, small_laboratory, tmp_path):
     scenario, episode, log = run
     cameras, frames = small_laboratory.cameras, frames_until(6.0)
-    draw_grasp(scenario, cameras, OFFSETS, frames, log, tmp_path / "grasp.png")
+    draw_grasp(resolve(scenario), cameras, OFFSETS, frames, log, tmp_path / "grasp.png")
     image = cv2.imread(str(tmp_path / "grasp.png"))
     assert image.shape[1] == 2400 and (image < 250).any(axis=2).mean() > 0.5
     episode.phases = episode.phases[:2]
     for other in (episode.log(), nothing):
-        draw_grasp(scenario, cameras, OFFSETS, frames, other, tmp_path / "none.png")
-    draw_grasp(scenario, cameras, OFFSETS, frames[:3], log, tmp_path / "none.png")
+        draw_grasp(resolve(scenario), cameras, OFFSETS, frames, other, tmp_path / "none.png")
+    draw_grasp(resolve(scenario), cameras, OFFSETS, frames[:3], log, tmp_path / "none.png")
     assert [path.name for path in tmp_path.iterdir()] == ["grasp.png"]
