@@ -33,7 +33,7 @@ from conveyor_tables import TABLES
 from parts import Part, Timed
 
 from drake_tracker import simulate
-from drake_tracker.campaign.wilson import wilson
+from drake_tracker.campaign.rates import wilson
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.run.options import RunOptions

@@ -37,7 +37,7 @@ from pydrake.systems.analysis import Simulator
 from several_worlds import lap_time
 
 from drake_tracker import make_diagram, simulate
-from drake_tracker.campaign.wilson import wilson
+from drake_tracker.campaign.rates import wilson
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand, Frozen

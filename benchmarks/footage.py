@@ -50,7 +50,7 @@ from footage_tables import DECODING, TABLES
 from parts import Part, Timed
 
 import drake_tracker
-from drake_tracker.campaign.wilson import wilson
+from drake_tracker.campaign.rates import wilson
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker

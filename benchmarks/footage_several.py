@@ -14,7 +14,7 @@ from footage_clips import HEIGHT, NOISE, RATE, WIDTH, background, disc, paint
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.files.calibration_file import save_calibration
-from drake_tracker.campaign.wilson import wilson
+from drake_tracker.campaign.rates import wilson
 from drake_tracker.own_cameras import make_track, prepare_track
 
 FOCUS, COUNT = 600.0, 120

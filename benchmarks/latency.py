@@ -15,9 +15,8 @@ import numpy as np
 from common import print_table, save_json
 from latency_tables import TABLES
 
-from drake_tracker.cameras.latency.estimate import estimate_latency
 from drake_tracker.cameras.latency.light import switch_bounds
-from drake_tracker.cameras.latency.measurement import measure_by_code
+from drake_tracker.cameras.latency.measurement import estimate_latency, measure_by_code
 from drake_tracker.cameras.latency.switched_light import LONGEST, SHORTEST
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage

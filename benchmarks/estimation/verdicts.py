@@ -9,7 +9,7 @@ from tables import cells_of, paired_ratio
 from train_grasp import TRACKS
 from worlds import SHARP
 
-from drake_tracker.campaign.wilson import wilson
+from drake_tracker.campaign.rates import wilson
 
 ALL = ("first", "between", "after")
 GRASP_SEEDS = range(500, 1000)

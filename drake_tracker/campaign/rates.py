@@ -2,10 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import erf, sqrt
 from typing import Any
 
 from drake_tracker.campaign.grid import plain_value
-from drake_tracker.campaign.wilson import wilson
+
+Z_95 = 1.959964
+"""Quantile of the standard normal distribution that leaves 2.5 % above it, as tables print it."""
+CONFIDENCE = erf(Z_95 / sqrt(2.0))
+"""Confidence level of the interval: 95 %, as far as `Z_95` is."""
 
 
 @dataclass(frozen=True)
@@ -89,3 +94,22 @@ def _texts(rate: Rate) -> list[str]:
         return ["0", "0", "", ""]
     interval = f"{100 * rate.low:.0f}-{100 * rate.high:.0f}"
     return [str(rate.successes), str(rate.trials), f"{100 * rate.share:.0f}", interval]
+
+
+def wilson(successes: int, trials: int) -> tuple[float, float]:
+    """Returns the 95 % Wilson interval (low, high) of a success rate; (0, 1) when there was no trial.
+
+    E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American
+    Statistical Association 22 (1927): the rates for which the observed count is at most `Z_95` standard deviations from
+    the expected one.
+
+    Args:
+        successes: number of successful trials.
+        trials: number of all trials.
+    """
+    from scipy.stats import binomtest  # slow to load
+
+    if trials == 0:
+        return 0.0, 1.0
+    interval = binomtest(successes, trials).proportion_ci(CONFIDENCE, method="wilson")
+    return float(interval.low), float(interval.high)

@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.commands.board_options import add_board
+from drake_tracker.commands.board import add_board
 from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_overrides, quiet_drake
 from drake_tracker.core.errors import DrakeTrackerError
 

@@ -29,7 +29,7 @@ def register(commands: Commands) -> None:
 
 def execute(options: Namespace) -> int:
     """Draws the figures; returns the exit code."""
-    from drake_tracker.figures.bound_curves import OWN, read_bounds
+    from drake_tracker.figures.command import OWN, read_bounds
     from drake_tracker.tasks import load_scenario
 
     load_scenario("train", seed=options.seed)  # reports a bad seed before anything is made

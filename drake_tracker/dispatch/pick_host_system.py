@@ -28,12 +28,9 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
-from drake_tracker.dispatch.candidate import Candidate
-from drake_tracker.dispatch.clearance import jaw_clearance
-from drake_tracker.dispatch.encoder_check import EncoderCheck
-from drake_tracker.dispatch.encoder_history import EncoderHistory
+from drake_tracker.dispatch.candidate import Candidate, jaw_clearance, seen_parts
+from drake_tracker.dispatch.encoder_history import EncoderCheck, EncoderHistory
 from drake_tracker.dispatch.order_tracker import OrderClerk, OrderTracker, report_of
-from drake_tracker.dispatch.seen_parts import seen_parts
 from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
 
 FREE = 1.0

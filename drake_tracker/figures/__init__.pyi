@@ -1,5 +1,5 @@
-from .bound_curves import read_bounds as read_bounds
 from .command import make_figures as make_figures
+from .command import read_bounds as read_bounds
 from .curvature import curvature_limit as curvature_limit
 from .curvature import draw_curvature as draw_curvature
 from .densities import arc_length_densities as arc_length_densities

@@ -1,7 +1,9 @@
 """A video file as footage; the times of its frames are those of the container."""
 
 import os
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +14,71 @@ from av.video.reformatter import VideoReformatter
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.frame_times import FrameTimes
-from drake_tracker.footage.orientation import Orientation, read_orientation
 
 _MOST_DECLARED = 100
 """Largest ratio of the images that a file declares to those in it; beyond, the number itself is damaged."""
+
+
+class FrameTimes:
+    """Gives each decoded frame its time, as a whole number of the stream's ticks.
+
+    A decoder delivers frames in the order in which they are shown. The time of a frame is its own where that is
+    possible. Otherwise, and for all frames of a stream that has only decode times, it is the next of all times:
+    a container such as AVI stamps frames in the order in which they are decoded, and with B-frames, which are decoded
+    later than frames that are shown after them, these times would run backwards.
+
+    Args:
+        ticks: times of all packets, in the order of the file.
+        reordered: whether frames are not decoded in the order in which they are shown.
+    """
+
+    def __init__(self, ticks: Sequence[int], reordered: bool) -> None:
+        self.ticks = sorted(set(ticks))
+        self._in_order = reordered and all(one < other for one, other in zip(ticks, ticks[1:]))
+        self.restart()
+
+    def restart(self) -> None:
+        """Begins again with the first frame."""
+        self._last: int | None = None
+
+    def next(self, own: int | None) -> int:
+        """Returns the time of the next frame.
+
+        Args:
+            own: its time according to the decoder; None where it has none.
+        """
+        last = self._last
+        if self._in_order or own is None or (last is not None and own <= last):
+            after = 0 if last is None else bisect_right(self.ticks, last)
+            own = self.ticks[after] if after < len(self.ticks) else (self.ticks[-1] if last is None else last + 1)
+        self._last = own
+        return own
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """A transposition followed by reflections, which together are any quarter turn with or without a mirror image.
+
+    Attributes:
+        transposed: whether rows and columns are exchanged.
+        flip_x: whether the columns are then reversed.
+        flip_y: whether the rows are then reversed.
+    """
+
+    transposed: bool = False
+    flip_x: bool = False
+    flip_y: bool = False
+
+    def size(self, width: int, height: int) -> tuple[int, int]:
+        """Returns (width, height) [px] of an image as it is shown, from those of the stored image."""
+        return (height, width) if self.transposed else (width, height)
+
+    def apply(self, image: np.ndarray) -> np.ndarray:
+        """Returns an image (h, w, 3) as it is shown."""
+        if self == Orientation():
+            return image
+        shown = image.transpose(1, 0, 2) if self.transposed else image
+        return np.ascontiguousarray(shown[:: -1 if self.flip_y else 1, :: -1 if self.flip_x else 1])
 
 
 def open_video(path: str | Path, fps: float | None = None) -> Footage:
@@ -185,3 +247,18 @@ def _video_stream(container: Any, path: str | Path) -> Any:
     if not container.streams.video:
         raise DrakeTrackerError(f"{path}: there is no video in this file")
     return container.streams.video[0]
+
+
+def read_orientation(matrix: bytes | memoryview) -> Orientation:
+    """Returns the `Orientation` of a display matrix.
+
+    The matrix has nine numbers a b u, c d v, x y w as in ISO/IEC 14496-12, 8.3.2: a pixel at (p, q) is shown at
+    (a p + c q + x, b p + d q + y). Turns other than quarter turns are taken as the nearest quarter turn.
+
+    Args:
+        matrix: 36 bytes, int32 in the order of this machine.
+    """
+    a, b, _, c, d = np.frombuffer(matrix, np.int32, 5).tolist()
+    if abs(a) + abs(d) >= abs(b) + abs(c):
+        return Orientation(False, a < 0, d < 0)
+    return Orientation(True, c < 0, b < 0)

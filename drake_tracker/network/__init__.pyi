@@ -1,4 +1,6 @@
 from .arm_side_diagram import ArmSideDiagram as ArmSideDiagram
+from .arm_side_diagram import ImageSenderDiagram as ImageSenderDiagram
+from .arm_side_diagram import RemoteHostDiagram as RemoteHostDiagram
 from .bus import open_bus as open_bus
 from .channels import DEFAULT_URL as DEFAULT_URL
 from .channels import Vector as Vector
@@ -8,8 +10,6 @@ from .cycles import Cycle as Cycle
 from .cycles import CycleCollector as CycleCollector
 from .host_side_diagram import HostSideDiagram as HostSideDiagram
 from .mailbox import Mailbox as Mailbox
-from .remote_host_diagram import ImageSenderDiagram as ImageSenderDiagram
-from .remote_host_diagram import RemoteHostDiagram as RemoteHostDiagram
 from .signal_message import decode_signal as decode_signal
 from .signal_message import encode_signal as encode_signal
 from .signal_system import SignalDecoder as SignalDecoder

@@ -15,9 +15,8 @@ from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
 from drake_tracker.footage.video_source_system import VideoSource
 from drake_tracker.vision.centroid.motion_centroid_system import add_motion_centroid
-from drake_tracker.vision.centroid.pixel_point_system import PixelPointSystem
 from drake_tracker.vision.centroid.plane_projection import EveryPoint
-from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorSystem
+from drake_tracker.vision.centroid.plane_projector_system import PixelPointSystem, PlaneProjectorSystem
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsSystem
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker

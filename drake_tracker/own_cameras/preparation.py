@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,10 @@ from drake_tracker.footage.sources import is_live, is_same_source, open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.own_cameras.choice import LEFT, check_choice, check_effect, read_pixel, read_window
 from drake_tracker.own_cameras.detector_choice import Suited, can_suit, suited, suited_live
-from drake_tracker.own_cameras.load_ahead import load_ahead
 from drake_tracker.own_cameras.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.own_cameras.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.scenarios.base import Custom
-from drake_tracker.scenarios.option import read_option
+from drake_tracker.scenarios.reader import read_option
 from drake_tracker.vision.centroid.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 from drake_tracker.vision.centroid.plane_projection import project_to_plane
 from drake_tracker.vision.config import NormalFlow
@@ -42,6 +42,16 @@ _PRINCIPAL_POINT = (0.25, 0.75)
 """Where a principal point lies in an image, as fractions of its width and height."""
 _RAYS = 9
 """Number of rays across the width and the height of an image by which a plane is looked for."""
+_MODULES = (
+    "drake_tracker.estimation.coordinated_turn",
+    "drake_tracker.own_cameras.overlay",
+    "drake_tracker.vision.centroid.normal_flow",
+    "drake_tracker.vision.centroid.normal_flow_parameters",
+    "scipy.stats",
+)
+"""Modules that are slow to load, and loaded on first use elsewhere."""
+_MODULES_OF_SEVERAL = ("scipy.optimize",)
+"""The same for several objects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,3 +317,13 @@ def _load_plane(plane: str, calibration: str | Path, form: str, height: float) -
             )
         return Plane(load_pose(calibration, "notes", "X_WP"), height)
     return Plane(load_pose(plane, "X_WP"), height)
+
+
+def load_ahead(objects: int) -> None:
+    """Loads the modules.
+
+    Args:
+        objects: largest number of objects to track.
+    """
+    for name in _MODULES + (_MODULES_OF_SEVERAL if objects > 1 else ()):
+        import_module(name)

@@ -2,7 +2,7 @@ from .changes import changed_settings as changed_settings
 from .judge import HORIZONS as HORIZONS
 from .judge import Judge as Judge
 from .judge import compare_signals as compare_signals
-from .log_source_system import LogSourceSystem as LogSourceSystem
+from .parts import LogSourceSystem as LogSourceSystem
 from .parts import make_replay_diagram as make_replay_diagram
 from .recording import STARTS as STARTS
 from .recording import Recording as Recording

@@ -1,5 +1,8 @@
 """Builds the diagram of a replay from a recording."""
 
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
 from drake_tracker.arm.motion.servo_system import make_servo_system
 from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.errors import DrakeTrackerError
@@ -10,11 +13,47 @@ from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.replay.log_source_system import LogSourceSystem
 from drake_tracker.replay.recording import Recording
 from drake_tracker.replay.replay_diagram import ReplayDiagram
 from drake_tracker.run.camera_images import image_file
 from drake_tracker.run.log_recorder import OPERATOR
+
+_SAME_INSTANT = 1e-9
+"""Times that differ by less count as equal [s]."""
+
+
+class LogSourceSystem(LeafSystem):
+    """Outputs what a port of a run had as output, and changes when that port changed.
+
+    .. pydrake_system::
+
+        name: LogSourceSystem
+        output_ports:
+        - signal
+
+    - ``signal``: the recorded message, updated every period at the offset.
+
+    A sample of a log at time t is the value of the port before the updates at that instant. The original System was
+    updated in its slot of the previous period. This System is updated in the same slot and then outputs the next sample
+    of the log, so that a System that reads it in another slot reads the same value as in the run. After the last sample
+    the output stays constant. The output is state; there is no direct feedthrough.
+
+    Args:
+        signal: the recorded signal, with at least one sample.
+        period: period of the original System's updates [s].
+        offset: time of its first update [s].
+    """
+
+    def __init__(self, signal: Signal, period: float, offset: float = 0.0) -> None:
+        super().__init__()
+        self._times, self._data = signal.times, signal.data
+        state = self.DeclareDiscreteState(self._data[0])
+        self.DeclareStateOutputPort("signal", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        following = np.searchsorted(self._times, context.get_time() + _SAME_INSTANT, side="right")
+        discrete_state.set_value(self._data[min(following, len(self._times) - 1)])
 
 
 def make_replay_diagram(recording: Recording) -> ReplayDiagram:

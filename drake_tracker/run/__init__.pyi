@@ -11,7 +11,7 @@ from .monitor import RunMonitor as RunMonitor
 from .motion_snapshot import MotionSnapshotSystem as MotionSnapshotSystem
 from .motion_snapshot import add_motion_snapshot as add_motion_snapshot
 from .options import RunOptions as RunOptions
-from .recorder import Recorder as Recorder
+from .recorders import Recorder as Recorder
 from .recorders import add_recorders as add_recorders
 from .scene import TrackingDisplaySystem as TrackingDisplaySystem
 from .scene import add_scene_recording as add_scene_recording

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from pydrake.systems.framework import Context, EventStatus
+from pydrake.systems.framework import Context, Diagram, EventStatus
 
-from drake_tracker.core.messages import ArmCommand
+from drake_tracker.arm.safety.packet_guard import REASONS, Rejection
+from drake_tracker.core.messages import ArmCommand, PacketReport
 from drake_tracker.core.processes import signals
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
-from drake_tracker.run.packet_news import PacketNews
 from drake_tracker.tasks.task import Task
 from drake_tracker.tasks.tracks import TRACKS, reason_words
 
@@ -129,3 +129,28 @@ def interrupts(monitor: RunMonitor) -> Iterator[None]:
     monitor.interrupted |= signals.received() is not None
     with signals.on_signal(interrupt):
         yield
+
+
+class PacketNews:
+    """Watches the port ``packet_report`` of a diagram.
+
+    Args:
+        hand_eye: diagram to watch.
+        tell: called with each line of news for the user.
+    """
+
+    def __init__(self, hand_eye: Diagram, tell: Callable[[str], object]) -> None:
+        self._hand_eye, self._tell = hand_eye, tell
+        self._told: set[Rejection] = set()
+
+    def look(self, context: Context) -> None:
+        """Tells the reasons that were not told before.
+
+        Args:
+            context: the diagram's Context.
+        """
+        report = PacketReport(self._hand_eye.GetOutputPort("packet_report").Eval(context))
+        for reason, words in REASONS.items():
+            if reason not in self._told and getattr(report, reason.name.lower()):
+                self._told.add(reason)
+                self._tell(f"arm: rejecting packets from {context.get_time():.2f} s on: {words}")

@@ -9,12 +9,31 @@ from pydrake.systems.primitives import VectorLogSink
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images, has_tracks
 from drake_tracker.run.options import RunOptions
-from drake_tracker.run.recorder import Recorder
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.task import Task
 
 if TYPE_CHECKING:
     from drake_tracker.live.view import LiveView
+
+
+from typing import Protocol
+
+from pydrake.systems.framework import Context
+
+
+class Recorder(Protocol):
+    """A part of a diagram that records a run.
+
+    A recorder reads output ports and writes during the run, so that its files are kept however the run ends.
+    """
+
+    def finish(self, root_context: Context) -> None:
+        """Completes the recording. It is called once, after the simulation, also when that was interrupted.
+
+        Args:
+            root_context: Context of the whole diagram at the end of the simulation.
+        """
+        ...
 
 
 def add_recorders(

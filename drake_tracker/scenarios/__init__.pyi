@@ -2,9 +2,9 @@ from .base import BaseScenario as BaseScenario
 from .base import Custom as Custom
 from .consent import TRUSTED_FOLDERS as TRUSTED_FOLDERS
 from .consent import allowed_code as allowed_code
-from .option import read_option as read_option
 from .reader import describe_settings as describe_settings
 from .reader import read as read
+from .reader import read_option as read_option
 from .reader import setting_keys as setting_keys
 from .reader import setting_unit as setting_unit
 from .reader import summary_of as summary_of

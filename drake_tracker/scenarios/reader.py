@@ -7,9 +7,10 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.text_file import printable
 from drake_tracker.core.setting import allowed, as_tuple, key_of, kinds_of, list_kinds, settings_of
-from drake_tracker.scenarios.tree import Value
+from drake_tracker.scenarios.tree import Value, parse
 from drake_tracker.scenarios.writer import tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
@@ -301,3 +302,24 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))
             rows.append((key, shown, allowed(field.metadata, noun), field.metadata["help"]))
     return rows
+
+
+def read_option(text: str, schema: Any, name: str) -> Any:
+    """Returns the settings of a part from a text such as ``!CoordinatedTurn {speed_noise: 0.01}``.
+
+    Args:
+        text: YAML tag and settings; the exclamation mark may be omitted.
+        schema: the allowed dataclass, or a Union of them.
+        name: name of the option, for messages.
+
+    Raises DrakeTrackerError, with one line per error.
+    """
+    text = text.strip()
+    if not text:
+        raise DrakeTrackerError(f"--{name} '': is empty; name a kind, or omit the option")
+    errors: list[str] = []
+    tree = parse(text if text.startswith("!") else f"!{text}", lambda line: f"--{name} {text}", errors)
+    part = None if tree is None or errors else read(tree, schema, name, errors, {})
+    if errors:
+        raise DrakeTrackerError("\n".join(errors))
+    return part

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.contact_sense import contact_force, low_pass
 from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT
 from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.grasp.ball.touch_machine import contact_force, low_pass
 
 
 @pytest.mark.parametrize("description", [PUMA560_CUP, SEVEN_JOINT], ids=["six joints", "seven joints"])

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli, load_scenario, make_diagram, simulate
-from drake_tracker.calibration.error_tables import bias_over_headings
-from drake_tracker.calibration.measure_vision import check_request, pixel_footprint, sightings_of
+from drake_tracker.calibration.measure_vision import bias_over_headings, check_request, pixel_footprint, sightings_of
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log
 from drake_tracker.core.timing import VISION_PERIOD

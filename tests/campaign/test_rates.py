@@ -7,9 +7,8 @@ import pytest
 
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.plots import draw_rates
-from drake_tracker.campaign.rates import Rate, rate_table, rates_of
+from drake_tracker.campaign.rates import Rate, rate_table, rates_of, wilson
 from drake_tracker.campaign.table import columns_of, write_csv
-from drake_tracker.campaign.wilson import wilson
 
 
 @pytest.mark.parametrize(

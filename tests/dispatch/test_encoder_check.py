@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.messages import EncoderReading, message_size
-from drake_tracker.dispatch.encoder_check import LASTS, SPAN, EncoderCheck
-from drake_tracker.dispatch.encoder_history import EncoderHistory
+from drake_tracker.dispatch.encoder_history import LASTS, SPAN, EncoderCheck, EncoderHistory
 
 SPEED = 0.15
 

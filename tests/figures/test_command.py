@@ -8,7 +8,7 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.figures import command, horizon, loop_runs
-from drake_tracker.figures.bound_curves import OWN, read_bounds
+from drake_tracker.figures.command import OWN, read_bounds
 
 NAMES = [f"figure_{number:02}" for number in (7, 8, 9, 10, 12, 13, 14, 15)]
 NAMES += ["kaiser_response", "error_against_horizon"]

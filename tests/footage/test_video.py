@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from films import film
 
-from drake_tracker.footage.frame_times import FrameTimes
-from drake_tracker.footage.orientation import Orientation, read_orientation
 from drake_tracker.footage.sources import open_footage
+from drake_tracker.footage.video import FrameTimes, Orientation, read_orientation
 
 COUNT = 24
 FILM = film("left", np.arange(COUNT) / 30.0)

@@ -27,8 +27,8 @@ from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
+from drake_tracker.tasks.ball.filming import BALL_STRIPS
 from drake_tracker.tasks.ball.initialisation import initialise_board
-from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.registry import task_named, task_of
 from drake_tracker.world.config import OperatorConfig
 

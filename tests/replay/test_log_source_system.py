@@ -8,7 +8,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import GRASP_SLOT, PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, servo_slot
-from drake_tracker.replay.log_source_system import LogSourceSystem
+from drake_tracker.replay.parts import LogSourceSystem
 
 END = 0.5
 SLOTS = np.arange(16) / 16.0

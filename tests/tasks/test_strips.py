@@ -15,9 +15,9 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.tasks.ball.strips import BALL_STRIPS
+from drake_tracker.tasks.ball.filming import BALL_STRIPS
 from drake_tracker.tasks.strips import StripInputs
-from drake_tracker.tasks.train.pictures.strips import TRAIN_STRIPS
+from drake_tracker.tasks.train.pictures.filming import TRAIN_STRIPS
 
 NOW = 2.0
 

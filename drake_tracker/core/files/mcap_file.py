@@ -1,7 +1,8 @@
 """MCAP files with the message schemas of Foxglove, for Foxglove and Rerun. Needs the package of the extra ``mcap``."""
 
 import re
-from collections.abc import Iterable, Mapping
+import struct
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import unwritable
-from drake_tracker.core.files.protobuf_numbers import encode_numbers, number_schema
 
 WORLD = "world"
 """Name of the world frame W in the file."""
@@ -21,6 +21,8 @@ _NANOSECONDS = 10**9
 _JPEG_QUALITY = 85
 _FLUSH_AFTER = 1.0
 """Time of the run [s] after which what was written goes to the disk, so that it survives a killed process."""
+_VARINT, _DOUBLE, _BYTES = 0, 1, 2
+"""Wire types."""
 
 
 def need_mcap(name: str) -> None:
@@ -270,3 +272,51 @@ class McapFile:
 
 def _nanoseconds(time: float) -> int:
     return max(0, round(time * _NANOSECONDS))
+
+
+def number_schema(package: str, message: str, names: Sequence[str]) -> bytes:
+    """Returns the ``FileDescriptorSet`` of a message with a ``double`` for each name, numbered from 1.
+
+    Args:
+        package: of the message, an identifier.
+        message: name of the message, an identifier.
+        names: of its fields, identifiers.
+    """
+    optional, double = 1, 1  # FieldDescriptorProto.Label and .Type
+    fields = [
+        _text(1, name) + _number(3, place) + _number(4, optional) + _number(5, double)
+        for place, name in enumerate(names, 1)
+    ]
+    descriptor = _text(1, message) + b"".join(_bytes(2, field) for field in fields)
+    file = _text(1, f"{package}/{message}.proto") + _text(2, package) + _bytes(4, descriptor) + _text(12, "proto3")
+    return _bytes(1, file)
+
+
+def encode_numbers(values: Iterable[float]) -> bytes:
+    """Returns the bytes of a message of `number_schema` with these values, in the order of its names."""
+    return b"".join(_tag(place, _DOUBLE) + struct.pack("<d", value) for place, value in enumerate(values, 1))
+
+
+def _varint(value: int) -> bytes:
+    encoded = bytearray()
+    while value > 0x7F:
+        encoded.append(value & 0x7F | 0x80)
+        value >>= 7
+    encoded.append(value)
+    return bytes(encoded)
+
+
+def _tag(place: int, wire_type: int) -> bytes:
+    return _varint(place << 3 | wire_type)
+
+
+def _number(place: int, value: int) -> bytes:
+    return _tag(place, _VARINT) + _varint(value)
+
+
+def _bytes(place: int, value: bytes) -> bytes:
+    return _tag(place, _BYTES) + _varint(len(value)) + value
+
+
+def _text(place: int, value: str) -> bytes:
+    return _bytes(place, value.encode())

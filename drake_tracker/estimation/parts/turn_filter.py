@@ -18,9 +18,8 @@ from numpy.typing import ArrayLike
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.parameters import check_positive, check_settings
-from drake_tracker.estimation.parts.adaptive_process_noise import adapted_speed_noise, update_drift
 from drake_tracker.estimation.parts.motions import CHANGE_TIME
-from drake_tracker.estimation.parts.std_calibration import HORIZON, StdCalibration
+from drake_tracker.estimation.parts.std_calibration import HORIZON, StdCalibration, adapted_speed_noise, update_drift
 from drake_tracker.estimation.parts.turn_model import (
     CURVATURE,
     HEADING,

@@ -5,6 +5,7 @@ each mark beforehand. Here the arm moves there and then down slowly until it fee
 put the probe when the force began, and moves up again.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.arm.arm_model import ArmModel
-from drake_tracker.arm.contact_sense import contact_force, low_pass
 from drake_tracker.arm.motion.tool_motion import MotionFrame
 from drake_tracker.arm.motion.transform_equation import PEAK_OVER_MEAN
 from drake_tracker.core.errors import DrakeTrackerError
@@ -159,3 +159,32 @@ def touched_points(report: np.ndarray) -> np.ndarray:
     if fields.phase != TouchPhase.DONE:
         raise DrakeTrackerError(f"the arm has not finished touching the board: {TouchPhase(int(fields.phase)).name}")
     return np.asarray(report)[_FIRST_POINT:].reshape(3, 3)
+
+
+def contact_force(
+    model: ArmModel, q: np.ndarray, v: np.ndarray, acceleration: np.ndarray, effort: np.ndarray
+) -> np.ndarray:
+    """Returns the force F on the tool's origin, expressed in W, shape (3,) [N].
+
+    Args:
+        model: the arm with its tool.
+        q: measured joint positions, shape (n,) [rad].
+        v: measured joint velocities, shape (n,) [rad/s].
+        acceleration: commanded joint accelerations, shape (n,) [rad/s^2].
+        effort: torques that the joint servos apply, shape (n,) [N m].
+    """
+    unexplained = model.drive_torques(q, v, acceleration) - np.asarray(effort)
+    _, J_WT = model.tool_pose_and_jacobian(q)
+    return np.linalg.lstsq(J_WT[3:].T, unexplained, rcond=None)[0]
+
+
+def low_pass(filtered: float, value: float, period: float, time_constant: float) -> float:
+    """Returns the output of a first-order low-pass filter after one more period.
+
+    Args:
+        filtered: the output before.
+        value: the input.
+        period: time since the last input [s].
+        time_constant: time constant of the filter [s].
+    """
+    return filtered + (1.0 - math.exp(-period / time_constant)) * (value - filtered)

@@ -10,8 +10,8 @@ from scipy.special import ndtr
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, packet_target
+from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.grasp.config import PickConfig, closing_time
-from drake_tracker.grasp.conveyor.order_check import may_carry_out
 from drake_tracker.grasp.conveyor.pick_motions import PickMotions
 from drake_tracker.grasp.conveyor.pick_schema import (
     BY_HAND,
@@ -35,6 +35,8 @@ TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
 """Longest time for which the jaws wait for the hand to catch up [s]."""
+LARGEST_YAW = 1e3
+"""Largest direction of a place [rad]."""
 
 
 class PickMachine(OperatedMachine[PickState, PickObservation]):
@@ -283,3 +285,26 @@ def _within(limit: float, centre: float, std: float) -> float:
     if std <= 0.0:
         return float(abs(centre) <= limit)
     return float(ndtr((limit - centre) / std) - ndtr((-limit - centre) / std))
+
+
+def may_carry_out(order: Any, places: np.ndarray, jaw_opening: float) -> bool:
+    """Returns whether a hand may carry out an order; one that it may not is ignored, as if it had not arrived.
+
+    Every number is finite; there is a part of a known kind, which fits between the open jaws; and its place is where
+    parts may be put down.
+
+    Args:
+        order: a `PickOrder`.
+        places: lowest and highest corner in W of the box in which parts may be put down, shape (2, 3) [m].
+        jaw_opening: opening of the jaws before the pick [m].
+    """
+    if not np.isfinite(order[:]).all() or order.valid != 1.0 or order.number <= 0.0:
+        return False
+    place = np.array([order.place_x, order.place_y, order.place_z])
+    return bool(
+        order.kind in PART_SHAPES
+        and 0.0 < order.width < jaw_opening
+        and abs(order.place_yaw) <= LARGEST_YAW
+        and (place >= places[0]).all()
+        and (place <= places[1]).all()
+    )

@@ -5,6 +5,7 @@ from .diagram import board_projector as board_projector
 from .diagram import board_vision as board_vision
 from .diagram import build as build
 from .diagram import make_ball_diagram as make_ball_diagram
+from .initialisation import BoardTouchingDiagram as BoardTouchingDiagram
 from .initialisation import initialise_board as initialise_board
 from .path_figure import draw_ball_path as draw_ball_path
 from .scenario import BallScenario as BallScenario
@@ -14,4 +15,3 @@ from .setup import resolve as resolve
 from .summary import failure_reason as failure_reason
 from .summary import summarise_ball as summarise_ball
 from .task import BallTask as BallTask
-from .touching_diagram import BoardTouchingDiagram as BoardTouchingDiagram

@@ -7,13 +7,27 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.core.messages import CatchDiagnosis
+import numpy as np
+
+from drake_tracker.core.messages import CatchDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.ball.board_exit import BoardEdge
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.predicted_path import PredictedPath
 from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
+from drake_tracker.tasks.strips import (
+    BRIGHT,
+    FAINT,
+    PREDICTION_STRIP,
+    Strip,
+    StripChart,
+    StripInputs,
+    arc_lengths,
+    horizontal_distance,
+    prediction_error,
+    rounded,
+)
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
 SIDE = ""
@@ -24,6 +38,12 @@ VIDEO_MARKS = 11
 """Number of points with which the video marks a predicted path."""
 SNAPSHOT_PERIOD = 0.2
 """Time between two evaluations of the detector's images [s]. A ball rolls for about two seconds."""
+INTO_CUP = 0.08
+"""Time after the crossing up to which the path is drawn [s]. Afterwards the ball is in the cup or was missed."""
+WITHOUT_CROSSING = 1.0
+"""Duration of a path that does not reach the edge [s]."""
+BAR = 2.0
+"""Half the length of the error bar at a predicted crossing, in standard deviations."""
 
 
 def arrival_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
@@ -106,3 +126,72 @@ def ball_snapshot(detector: Any) -> Snapshot:
             draw_motion_images(images, path)
 
     return Snapshot(sides=(SIDE,), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=SNAPSHOT_PERIOD, draw=draw)
+
+
+class PredictedPath:
+    """Points to draw for packets of predicted path on an inclined board.
+
+    Args:
+        edge: the bottom edge of the board, as the arm knows it.
+    """
+
+    def __init__(self, edge: BoardEdge) -> None:
+        self._edge = edge
+
+    def path(self, packet: np.ndarray, now: float, count: int) -> np.ndarray:
+        """Returns points of the predicted path in W [m], shape (n, 3), from now until the ball is in the cup.
+
+        Args:
+            packet: vector of a valid `Prediction`.
+            now: present time [s].
+            count: number of points.
+
+        Returns no points when the ball is already in the cup.
+        """
+        crossing = self._edge.crossing(packet)
+        end = crossing.time + INTO_CUP if crossing is not None else now + WITHOUT_CROSSING
+        return predicted_points(packet, np.linspace(now, end, count)) if end > now else np.zeros((0, 3))
+
+    def goal(self, packet: np.ndarray, now: float) -> np.ndarray:
+        """Returns the predicted crossing of the edge and the ends of its error bar in W [m], shape (3, 3).
+
+        Args:
+            packet: vector of a valid `Prediction`.
+            now: present time [s].
+
+        Returns no points when no crossing is predicted, or when it is past.
+        """
+        crossing = self._edge.crossing(packet)
+        if crossing is None or crossing.time + INTO_CUP < now:
+            return np.zeros((0, 3))
+        reach = BAR * crossing.std * self._edge.R_WB[:, 0]
+        return crossing.p_WQ + np.array([np.zeros(3), -reach, reach])
+
+
+def ball_strip_values(inputs: StripInputs) -> list[float | None]:
+    """Returns one value for each line of `BALL_STRIPS` ([mm], the last one [s]), None for an unknown value.
+
+    Args:
+        inputs: values of a run; ``report`` is a `CatchDiagnosis`.
+    """
+    expected = inputs.report
+    known = expected.known and expected.time_left >= 0.0
+    tracking = horizontal_distance(inputs.p_WT, (expected.x, expected.y)) if known else None
+    time_left = expected.time_left if known else None
+    return rounded((tracking, prediction_error(inputs), *arc_lengths(inputs), time_left))
+
+
+BALL_STRIPS = StripChart(
+    strips=(
+        Strip("Tracking error", "cup to the predicted crossing", "mm", 200.0),
+        PREDICTION_STRIP,
+        Strip("Arc length", "between points: measured, filtered", "mm", 80.0, 1, (("", FAINT), ("", BRIGHT))),
+        Strip("Time left", "until the ball is over the cup", "s", 2.0, 2),
+    ),
+    span=10.0,
+    values=ball_strip_values,
+    state_port="truth_ball_state",
+    report_port="diagnosis",
+    report_view=CatchDiagnosis,
+)
+"""Tracking error, prediction error, arc length and time left."""

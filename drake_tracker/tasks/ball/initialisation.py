@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.arm_model import ArmModel, make_arm_model, tool_down
 from drake_tracker.arm.description import PROBE_FRAME
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.cameras.boards.board_poses import BoardPoses
@@ -28,10 +28,10 @@ from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.ball.board_exit import HAND_YAW
 from drake_tracker.grasp.ball.board_touch import board_pose_from_touches
+from drake_tracker.grasp.ball.touch_diagram import TouchDiagram
 from drake_tracker.grasp.ball.touch_machine import touched_points
 from drake_tracker.grasp.ball.touch_schema import TouchPhase
 from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
-from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
@@ -54,6 +54,57 @@ CHECK_PERIOD = 0.05
 """Simulated time between two checks whether the touching is done [s]."""
 LONGEST = 60.0
 """Simulated time after which the touching is abandoned [s]."""
+
+
+class BoardTouchingDiagram(Diagram):
+    """The laboratory of the ball with an arm that touches the marks over which an operator has jogged it.
+
+    .. pydrake_system::
+
+        name: BoardTouchingDiagram
+        output_ports:
+        - report
+        - truth_query
+
+    - ``report``: a `TouchReport`, updated every ``period``. The positions of marks that are not touched yet are zero.
+    - ``truth_query``: a QueryObject of the world's scene, ground truth.
+
+    There is no vision in the loop.
+
+    Args:
+        world: the laboratory, without a ball on the board.
+        model: the controller's model of the arm, with the probe as its tool.
+        q_initial: joints at the start [rad], shape (n,).
+        jogs: poses (x, y, z, yaw) in W over the marks [m, rad], shape (3, 4).
+        time_step: the plant's step [s].
+        period: period of the set-points [s].
+
+    Attributes:
+        world: the laboratory.
+    """
+
+    def __init__(
+        self,
+        world: BallWorldDiagram,
+        model: ArmModel,
+        q_initial: np.ndarray,
+        jogs: np.ndarray,
+        time_step: float,
+        period: float,
+    ) -> None:
+        super().__init__()
+        self.set_name("touching")
+        self.world = world
+        builder = DiagramBuilder()
+        builder.AddSystem(world)
+        arm = builder.AddSystem(TouchDiagram(model, q_initial, jogs, time_step, period))
+        for port in ("arm_state", "arm_effort"):
+            builder.Connect(world.GetOutputPort(port), arm.GetInputPort(port))
+        for port in ("arm_desired_state", "arm_feedforward"):
+            builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
+        builder.ExportOutput(arm.GetOutputPort("report"), "report")
+        builder.ExportOutput(world.GetOutputPort("truth_query"), "truth_query")
+        builder.BuildInto(self)
 
 
 def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | None = None) -> BoardPoses:

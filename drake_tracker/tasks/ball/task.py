@@ -21,11 +21,10 @@ from drake_tracker.tasks.ball.diagram import (
     board_vision,
     make_ball_diagram,
 )
-from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
+from drake_tracker.tasks.ball.filming import BALL_STRIPS, ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.setup import resolve
-from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ball
 from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View

@@ -24,12 +24,14 @@ from drake_tracker.tasks.train.diagnosis.judged_train import (
 )
 from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.diagnosis.trouble_tracking import tell_tracking, tracking_findings
-from drake_tracker.tasks.train.diagnosis.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.setup import TrainSetup
+from drake_tracker.vision.hand.wrist_measurement import WristReason
 
 JITTER_WINDOW = 31
 """Number of samples in the moving mean that is subtracted before jitter is measured."""
+SOURCES = ("none", "fixed", "wrist", "both")
+"""Words for `WristPoint.source`, in its order."""
 
 
 def summarise(setup: TrainSetup, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
@@ -245,3 +247,36 @@ def _size(error: np.ndarray) -> np.ndarray:
 
 def _rms(size: np.ndarray) -> float | None:
     return float(np.sqrt(np.mean(size**2))) if len(size) else None
+
+
+def wrist_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
+    """Returns what the summary of a run says about the camera on the hand. No ground truth is used.
+
+    Times are stamps of images, while vision had a target or looked for one.
+
+    - ``hover``, ``descent``: {word of `SOURCES`: share of the points}, while the hand follows the object at hover
+      height, and from the launch until the jaws hold. None without an image.
+    - ``reasons``: {name of the `WristReason`: share} over both.
+
+    Args:
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+    """
+    signal = log["wrist"]
+    stamps = signal["stamp"]
+    fresh = np.diff(stamps, prepend=0.0) > 0.0
+    rows, stamps = signal.view("reason", "source")[fresh].astype(int), stamps[fresh]
+    hover = during(spans, stamps, Phase.TRACK)
+    descent = during(spans, stamps, Phase.INTERCEPT, Phase.CLOSE)
+    return {
+        "hover": _shares(rows[hover, 1], SOURCES),
+        "descent": _shares(rows[descent, 1], SOURCES),
+        "reasons": _shares(rows[hover | descent, 0], tuple(reason.name for reason in WristReason)),
+    }
+
+
+def _shares(numbers: np.ndarray, words: Sequence[str]) -> dict[str, float] | None:
+    """Returns {word: share} of those numbers that occur, which are indices into the words; None without numbers."""
+    if len(numbers) == 0:
+        return None
+    return {word: float(np.mean(numbers == k)) for k, word in enumerate(words) if (numbers == k).any()}

@@ -35,11 +35,11 @@ from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.pictures.filming import (
     GRASP_PICTURE,
     TRAIN_SNAPSHOT,
+    TRAIN_STRIPS,
     TRAIN_VIEW,
     train_closeup,
     train_film,
 )
-from drake_tracker.tasks.train.pictures.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise

@@ -4,10 +4,9 @@ from pydrake.lcm import DrakeLcm
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.network.arm_side_diagram import ArmSideDiagram
+from drake_tracker.network.arm_side_diagram import ArmSideDiagram, ImageSenderDiagram, RemoteHostDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_TRACKER, FROM_VISION, POINT, TRACKS, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
-from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import build, make_train_host

@@ -9,10 +9,10 @@ from .motion_centroid_system import MotionCentroidSystem as MotionCentroidSystem
 from .motion_centroid_system import add_motion_centroid as add_motion_centroid
 from .motion_detector import MotionDetector as MotionDetector
 from .normal_flow import NormalFlowDetector as NormalFlowDetector
-from .pixel_point_system import PixelPointSystem as PixelPointSystem
 from .plane_projection import EveryPoint as EveryPoint
 from .plane_projection import PlausiblePoints as PlausiblePoints
 from .plane_projection import PointFilter as PointFilter
+from .plane_projector_system import PixelPointSystem as PixelPointSystem
 from .plane_projector_system import PlaneProjectorSystem as PlaneProjectorSystem
 from .plane_projector_system import add_plane_projector as add_plane_projector
 from .search_window import SearchWindow as SearchWindow

@@ -18,6 +18,7 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
+from drake_tracker.core.frozen_state import FrozenState, read_only
 
 RADIUS = 0.014
 """Radius of the drums [m], as in ``models/gripper/gripper_marked.sdf``."""
@@ -35,6 +36,8 @@ _SECOND_BEST = 0.7
 """Largest response elsewhere, relative to the best one, at which the best one is not ambiguous."""
 _OWN_SHARE = 0.5
 """A marker counts as seen when its own response is at least this share of the larger one of the two."""
+NEWEST = 9
+"""Number of the newest measurements whose median counts; as many are needed before the first displacement."""
 
 
 @dataclass(frozen=True)
@@ -262,3 +265,35 @@ def triangulate_hand(
     if meeting is None or meeting.gap > max_gap:
         return None
     return HandPointFound(p_WT + meeting.p_WQ - below, meeting.gap, left.markers + right.markers)
+
+
+@dataclass(frozen=True, eq=False)
+class HandDisplacement(FrozenState):
+    """What the images of one camera have shown so far.
+
+    Attributes:
+        measured: the newest displacements to the right and downwards, oldest first, each of shape (2,) [px].
+        missed: number of images since the newest one.
+    """
+
+    measured: tuple[np.ndarray, ...] = ()
+    missed: int = 0
+
+    @property
+    def median(self) -> np.ndarray:
+        """Displacement to the right and downwards, shape (2,) [px]; zeros while it is not known."""
+        return np.median(self.measured, axis=0) if len(self.measured) == NEWEST else np.zeros(2)
+
+
+def with_image(state: HandDisplacement, found: FoundMarkers | None, kept_images: int) -> HandDisplacement:
+    """Returns the state after another image.
+
+    Args:
+        state: the state before.
+        found: the markers in the image, None if they were not found.
+        kept_images: number of images in a row without markers after which the displacement is forgotten.
+    """
+    if found is not None:
+        return HandDisplacement((*state.measured[-NEWEST + 1 :], read_only(found.uv - found.predicted)))
+    missed = state.missed + 1
+    return HandDisplacement() if missed > kept_images else HandDisplacement(state.measured, missed)

@@ -16,8 +16,14 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import HandPoint, JawState, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
-from drake_tracker.vision.hand.hand_displacement import HandDisplacement, with_image
-from drake_tracker.vision.hand.hand_markers import FoundMarkers, HandMarkerFinder, MarkerSearch, triangulate_hand
+from drake_tracker.vision.hand.hand_markers import (
+    FoundMarkers,
+    HandDisplacement,
+    HandMarkerFinder,
+    MarkerSearch,
+    triangulate_hand,
+    with_image,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,7 @@
 """The messages around a camera on the hand: from packet and tracks to what it needs, and back to tracks and points."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from drake_tracker.core.messages import (
@@ -11,7 +13,6 @@ from drake_tracker.core.messages import (
     packet_target,
     prediction_end,
 )
-from drake_tracker.vision.hand.fusion import fuse
 from drake_tracker.vision.hand.wrist_measurement import Expectation, FixedPoint, WristMeasurement, WristReason
 from drake_tracker.vision.silhouettes.target import Reason
 
@@ -106,3 +107,19 @@ def pack_wrist(stamp: float, measured: WristMeasurement, source: int) -> np.ndar
         [stamp, *measured.p_WQ, *measured.covariance[_UPPER], measured.correlation, measured.reason, source, valid],
         dtype=float,
     )
+
+
+def fuse(measurements: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the most likely point and its covariance, for independent errors: the information filter.
+
+    Args:
+        measurements: (point of shape (n,), covariance (n, n)) of each sensor, one or more.
+
+    Returns (point of shape (n,), covariance (n, n)).
+    """
+    if len(measurements) == 1:
+        return measurements[0]
+    information = [np.linalg.inv(covariance) for _, covariance in measurements]
+    covariance = np.linalg.inv(np.sum(information, axis=0))
+    point = covariance @ np.sum([each @ point for each, (point, _) in zip(information, measurements)], axis=0)
+    return point, 0.5 * (covariance + covariance.T)

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.core.colour import COLOUR_RULE, is_colour, rgb
+from drake_tracker.core.colour import COLOUR_RULE, hue, hue_distance, is_colour, rgb
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.check_settings import check_settings
-from drake_tracker.vision.hue import hue, hue_distance
 from drake_tracker.vision.region_of_interest import check_box
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Inside, Nearest

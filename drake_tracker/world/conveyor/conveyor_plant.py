@@ -1,10 +1,11 @@
 """The laboratory of the conveyor: arm, gripper, table, belt, trays and parts in one MultibodyPlant."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import Box, SceneGraph
+from pydrake.geometry import Box, GeometryInstance, IllustrationProperties, PerceptionProperties, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
@@ -12,17 +13,19 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.arm.plant import add_arm, couple_fingers, set_servo_gains
+from drake_tracker.core.models_path import models_path
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import MovingBody
 from drake_tracker.world.conveyor.arrivals import Arrival
 from drake_tracker.world.conveyor.belt_motion import BeltMotion
-from drake_tracker.world.conveyor.belt_visual import add_belt_visual
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.conveyor.tray import SIDES, cell_centres
+from drake_tracker.world.painted_mesh import memory_mesh
 from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
 from drake_tracker.world.train.plant import add_plant, add_table
 from drake_tracker.world.visual_mesh import add_visual_mesh, merge, prism, rectangle
+from drake_tracker.world.wavefront_obj import obj_text
 
 SLAB_THICKNESS = 0.02
 """Thickness of the belt [m]."""
@@ -37,6 +40,10 @@ SUNK = 0.001
 BELT_COLOUR = (0.10, 0.11, 0.12, 1.0)
 TRAY_COLOUR = (0.24, 0.27, 0.31, 1.0)
 WALL_COLOUR = (0.45, 0.48, 0.52, 1.0)
+TILE = 0.30
+"""Length along the belt of one tile of the texture [m]."""
+_TEXTURE = "rubber.png"
+_MATERIAL = f"newmtl rubber\nKa 0 0 0\nKd 1 1 1\nKs 0 0 0\nmap_Kd {_TEXTURE}\n"
 
 
 @dataclass(frozen=True)
@@ -226,3 +233,36 @@ def add_trays(plant: MultibodyPlant, *, tray: TrayConfig, height: float) -> Mode
         ):
             add_visual_mesh(plant, body=body, X_BG=RigidTransform(), mesh=mesh, name=look, colour=colour)
     return instance
+
+
+def add_belt_visual(plant: MultibodyPlant, *, body: RigidBody, width: float, low: float, high: float) -> None:
+    """Adds the appearance of the upper face of a belt, the plane z = 0 of its body, to a plant.
+
+    Args:
+        plant: registered with a SceneGraph, and not yet finalized.
+        body: of the belt.
+        width: of the belt, along x [m].
+        low: y at which the belt begins [m].
+        high: y up to which it reaches at least [m].
+    """
+    image = (models_path() / "belt" / _TEXTURE).read_bytes()
+    files = {"belt.mtl": _MATERIAL.encode(), _TEXTURE: image}
+    mesh = memory_mesh("belt.obj", belt_text(width, low, high).encode(), files, np.ones(3))
+    look = GeometryInstance(RigidTransform(), mesh, "look")
+    look.set_illustration_properties(IllustrationProperties())
+    look.set_perception_properties(PerceptionProperties())
+    plant.RegisterVisualGeometry(body, look)
+
+
+def belt_text(width: float, low: float, high: float) -> str:
+    """Returns the OBJ text of the upper face of a belt, a row of whole tiles; arguments as for `add_belt_visual`."""
+    count = math.ceil((high - low) / TILE - 1e-9)
+    y = low + TILE * np.arange(count + 1)
+    left, right = (np.column_stack([np.full_like(y, x), y, np.zeros_like(y)]) for x in (-0.5 * width, 0.5 * width))
+    vertices = np.stack([left, right], axis=1).reshape(-1, 3)
+    # Corners of the texture: across the belt v, along it u.
+    texture = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
+    faces = [[(2 * k, 0, 0), (2 * k + 1, 1, 0), (2 * k + 3, 2, 0), (2 * k + 2, 3, 0)] for k in range(count)]
+    return obj_text(
+        vertices, np.array([[0.0, 0.0, 1.0]]), faces, texture=texture, header=["mtllib belt.mtl", "usemtl rubber"]
+    )

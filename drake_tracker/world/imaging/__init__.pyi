@@ -15,8 +15,8 @@ from .lighting import render_engine_params as render_engine_params
 from .pipelined_camera_system import CameraMount as CameraMount
 from .pipelined_camera_system import PipelinedCamera as PipelinedCamera
 from .pipelined_camera_system import add_pipelined_camera as add_pipelined_camera
-from .pixel_binning_system import PixelBinningSystem as PixelBinningSystem
 from .sensor_model import SensorModel as SensorModel
 from .sensor_model import SensorNoise as SensorNoise
+from .sensor_noise_system import PixelBinningSystem as PixelBinningSystem
 from .sensor_noise_system import SensorNoiseSystem as SensorNoiseSystem
 from .wrist_camera import wrist_camera_pose as wrist_camera_pose

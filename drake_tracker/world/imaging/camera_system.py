@@ -24,9 +24,8 @@ from drake_tracker.world.imaging.cameras import ImageWindow, camera_info, camera
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 from drake_tracker.world.imaging.lighting import render_engine_params
 from drake_tracker.world.imaging.pipelined_camera_system import CameraMount, PipelinedCamera, add_pipelined_camera
-from drake_tracker.world.imaging.pixel_binning_system import PixelBinningSystem
 from drake_tracker.world.imaging.sensor_model import SensorModel, SensorNoise
-from drake_tracker.world.imaging.sensor_noise_system import SensorNoiseSystem
+from drake_tracker.world.imaging.sensor_noise_system import PixelBinningSystem, SensorNoiseSystem
 
 RENDERER_NAME = "cameras"
 _FARTHEST = 10.0

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from board_pictures import held, pose
 
+from drake_tracker.calibration.quality import lens_std
 from drake_tracker.cameras.boards.chessboard import Chessboard
 from drake_tracker.cameras.boards.marker_boards import CharucoBoard
 from drake_tracker.cameras.calibration.camera_calibration import lens_from_corners
-from drake_tracker.cameras.calibration.lens_uncertainty import lens_std
 from drake_tracker.cameras.calibration.stereo_calibration import stereo_from_corners
 from drake_tracker.cameras.calibration.stereo_pose_consensus import agree, upright
 from drake_tracker.cameras.camera_model import CameraModel

@@ -6,7 +6,7 @@ from screens import Screen
 
 from drake_tracker.cameras.latency import screen_code
 from drake_tracker.cameras.latency.code_reader import CodeReader, read_code
-from drake_tracker.cameras.latency.estimate import estimate_latency
+from drake_tracker.cameras.latency.measurement import estimate_latency
 from drake_tracker.cameras.latency.screen_code import RANGE, draw_code, field_cells, read_field
 
 LATENCY = 0.0473

@@ -6,7 +6,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 
-from drake_tracker.core.files.protobuf_numbers import encode_numbers, number_schema
+from drake_tracker.core.files.mcap_file import encode_numbers, number_schema
 
 
 @pytest.mark.parametrize("count", [0, 1, 15, 16, 300])  # from 16 on a tag has two bytes, from 128 on a length

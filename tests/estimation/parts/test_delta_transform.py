@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.parts.delta_transform import delta_power, delta_transform
+from drake_tracker.estimation.parts.arc import delta_power, delta_transform
 
 
 @pytest.mark.parametrize("phi", [0.3, -0.3, 1e-12, 0.0])

@@ -5,7 +5,7 @@ import pytest
 from catches import ball_packet, edge, on_edge
 
 from drake_tracker.core.messages import predicted_points
-from drake_tracker.tasks.ball.predicted_path import BAR, INTO_CUP, WITHOUT_CROSSING, PredictedPath
+from drake_tracker.tasks.ball.filming import BAR, INTO_CUP, WITHOUT_CROSSING, PredictedPath
 
 NOW, ARRIVAL = 1.0, 1.6
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.vision.hand.fusion import fuse
+from drake_tracker.vision.hand.wrist_messages import fuse
 
 ONE, TWO = np.array([0.0, 0.0]), np.array([1.0, 1.0])
 

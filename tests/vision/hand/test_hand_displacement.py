@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.vision.hand.hand_displacement import NEWEST, HandDisplacement, with_image
-from drake_tracker.vision.hand.hand_markers import FoundMarkers
+from drake_tracker.vision.hand.hand_markers import NEWEST, FoundMarkers, HandDisplacement, with_image
 
 KEPT = 5
 

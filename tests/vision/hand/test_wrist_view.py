@@ -4,10 +4,9 @@ import pytest
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.cameras.camera_model import CameraModel
-from drake_tracker.vision.hand.template_match import correlate, peak
 from drake_tracker.vision.hand.wrist_measurement import Expectation, FixedPoint, WristReason
 from drake_tracker.vision.hand.wrist_template import FORGOTTEN, LEARNED
-from drake_tracker.vision.hand.wrist_view import WristView
+from drake_tracker.vision.hand.wrist_view import WristView, correlate, peak
 from drake_tracker.vision.rectified_patch import plane_homography, rectified
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.imaging.wrist_camera import true_wrist_model

@@ -19,9 +19,8 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.vision.hand.fusion import fuse
 from drake_tracker.vision.hand.wrist_measurement import FixedPoint, WristMeasurement, WristReason, nothing
-from drake_tracker.vision.hand.wrist_messages import FIXED, WRIST, expectation, fixed_point, fused
+from drake_tracker.vision.hand.wrist_messages import FIXED, WRIST, expectation, fixed_point, fuse, fused
 from drake_tracker.vision.hand.wrist_view_system import WristViewSystem
 from drake_tracker.vision.silhouettes.target import Reason
 

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import ConstantValueSource
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Centroid, TrackPoint
 from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
-from drake_tracker.vision.centroid.pixel_point_system import PixelPointSystem
+from drake_tracker.vision.centroid.plane_projector_system import PixelPointSystem
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects, target_centroid, target_number
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsSystem

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_tracker.core.colour import hue, hue_distance
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.hue import hue, hue_distance
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.target import (
     REASONS,

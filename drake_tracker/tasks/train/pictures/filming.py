@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.messages import GraspDiagnosis, predicted_points
+from drake_tracker.core.messages import GraspDiagnosis, JawState, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
 from drake_tracker.grasp.config import touch_delay
@@ -16,6 +16,18 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Closeup, Film, Frame, Script, Snapshot, View
+from drake_tracker.tasks.strips import (
+    BRIGHT,
+    FAINT,
+    PREDICTION_STRIP,
+    Strip,
+    StripChart,
+    StripInputs,
+    arc_lengths,
+    horizontal_distance,
+    prediction_error,
+    rounded,
+)
 from drake_tracker.tasks.train.closing import LATEST
 from drake_tracker.tasks.train.pictures.grasp_instants import SPAN
 from drake_tracker.tasks.train.setup import TrainSetup
@@ -133,3 +145,30 @@ def train_film(setup: TrainSetup, hand_eye: HandEyeDiagram, subtitle: str) -> Fi
         image_latency=hand_eye.world.image_latency,
         several=has_tracks(hand_eye),
     )
+
+
+def train_strip_values(inputs: StripInputs) -> list[float | None]:
+    """Returns one value for each line of `TRAIN_STRIPS` [mm], None for an unknown value.
+
+    Args:
+        inputs: values of a run; ``report`` is a `JawState`.
+    """
+    tracking = horizontal_distance(inputs.p_WT, inputs.p_WQ)
+    jaws = (1e3 * inputs.command.jaw_width, 1e3 * inputs.report.width)
+    return rounded((tracking, prediction_error(inputs), *arc_lengths(inputs), *jaws))
+
+
+TRAIN_STRIPS = StripChart(
+    strips=(
+        Strip("Tracking error", "hand to train, horizontal", "mm", 60.0),
+        PREDICTION_STRIP,
+        Strip("Arc length", "between points: measured, filtered", "mm", 10.0, 2, (("", FAINT), ("", BRIGHT))),
+        Strip("Jaw width", "commanded, measured", "mm", 100.0, 1, (("", FAINT), ("", BRIGHT))),
+    ),
+    span=20.0,
+    values=train_strip_values,
+    state_port="truth_train_state",
+    report_port="jaws",
+    report_view=JawState,
+)
+"""Tracking error, prediction error, arc length and jaw width."""

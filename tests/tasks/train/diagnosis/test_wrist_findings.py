@@ -7,8 +7,8 @@ from drake_tracker.core.messages import WristPoint
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.episode import PhaseSpan
-from drake_tracker.tasks.train.diagnosis.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.tasks.train.summary import wrist_findings
 from drake_tracker.tasks.train.two_processes import resolve_split
 from drake_tracker.tasks.train.vision import make_vision
 from drake_tracker.vision.hand.wrist_measurement import WristReason
