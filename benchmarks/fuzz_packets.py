@@ -15,10 +15,8 @@ from drake_tracker.core.messages import KNOT_COUNT, PREDICTION_HEADER, Frozen, P
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.link.lossy_link import LinkState, LossyLink
-from drake_tracker.network.channels import channel_of
-from drake_tracker.network.cycles import AGREEING, REORDERED
-from drake_tracker.network.received_message import NotUnderstood, read_image, read_vector
-from drake_tracker.network.signal_message import encode_signal
+from drake_tracker.network.channels import channel_of, encode_signal
+from drake_tracker.network.cycles import AGREEING, REORDERED, NotUnderstood, read_image, read_vector
 
 CORPUS = [path.read_bytes() for path in sorted(Path(__file__).parents[1].glob("tests/network/corpus/*.bin"))]
 

@@ -151,7 +151,7 @@ def write_inputs(folder):
     import footage_several
     from board_pictures import held, photograph, pose
 
-    from drake_tracker.calibration.described_board import parse_board
+    from drake_tracker.calibration.board_page import parse_board
     from drake_tracker.cameras.camera_model import CameraModel
     from drake_tracker.cameras.files.calibration_file import save_calibration
 

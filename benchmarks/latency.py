@@ -4,7 +4,7 @@
 
 Each clip has 90 photographs of 320 x 240 px (`tests/screens.py`). Its seed decides the latency (0 to 200 ms), the phase
 of screen and camera, the jitter of the stamps (standard deviation 0.5 ms) and the noise. A clip has failed when fewer
-than ten images are readable. The light is switched 60 times, in the same way as by `cameras/latency/switched_light.py`.
+than ten images are readable. The light is switched 60 times, in the same way as by `cameras/latency/light.py`.
 """
 
 import argparse
@@ -15,9 +15,8 @@ import numpy as np
 from common import print_table, save_json
 from latency_tables import TABLES
 
-from drake_tracker.cameras.latency.light import switch_bounds
+from drake_tracker.cameras.latency.light import LONGEST, SHORTEST, switch_bounds
 from drake_tracker.cameras.latency.measurement import estimate_latency, measure_by_code
-from drake_tracker.cameras.latency.switched_light import LONGEST, SHORTEST
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 

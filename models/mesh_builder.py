@@ -14,7 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from drake_tracker.world.wavefront_obj import obj_text
+from drake_tracker.world.visual_mesh import obj_text
 
 Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
 Part = tuple[Solid, str]

@@ -11,8 +11,7 @@ from drake_tracker import load_scenario
 from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
-from drake_tracker.network.channels import channel_of, vectors
-from drake_tracker.network.signal_message import encode_signal
+from drake_tracker.network.channels import channel_of, encode_signal, vectors
 from drake_tracker.network.signal_system import add_receiver
 from drake_tracker.run.host_process import HostProcess
 

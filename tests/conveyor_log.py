@@ -21,8 +21,8 @@ from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.conveyor.arrivals import Arrival
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
-from drake_tracker.world.conveyor.tray import cell_centres
 
 YAW = 0.5 * np.pi
 """Direction in which parts are ordered to lie [rad]."""

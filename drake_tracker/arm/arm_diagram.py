@@ -11,8 +11,8 @@ from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
 from drake_tracker.arm.hand_eye_correction_system import HandEyeCorrectionSystem
-from drake_tracker.arm.motion.joint_servo import add_set_point_spline
 from drake_tracker.arm.motion.servo_system import add_servo
+from drake_tracker.arm.motion.set_point_spline_system import add_set_point_spline
 from drake_tracker.arm.motion.tool_controller import add_tool_controller
 from drake_tracker.arm.motion.tool_motion import ToolMotion
 from drake_tracker.arm.motion.tool_yaw import flip_speed

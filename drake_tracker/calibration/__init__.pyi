@@ -1,4 +1,4 @@
-from .described_board import parse_board as parse_board
+from .board_page import parse_board as parse_board
 from .measure_vision import measure as measure
 from .photographs import calibrate_photographs as calibrate_photographs
 from .rendered_boards import CameraCalibration as CameraCalibration

@@ -8,8 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.calibration.coverage import check_coverage
-from drake_tracker.calibration.found_boards import LEAST_VIEWS, FoundBoards, find_boards, list_photographs
+from drake_tracker.calibration.found_boards import (
+    LEAST_VIEWS,
+    FoundBoards,
+    check_coverage,
+    find_boards,
+    list_photographs,
+)
 from drake_tracker.calibration.quality import measure_quality, pair_rms, to_retake
 from drake_tracker.calibration.quality_figure import draw_quality
 from drake_tracker.cameras.boards.board import Board

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from drake_tracker.calibration.coverage import covered_cells
-from drake_tracker.calibration.found_boards import FoundBoards
+from drake_tracker.calibration.found_boards import FoundBoards, covered_cells
 from drake_tracker.cameras.boards.board import Board
 from drake_tracker.cameras.calibration.camera_calibration import Lens
-from drake_tracker.cameras.calibration.relative_pose import sparsity, to_matrices, to_vectors
+from drake_tracker.cameras.calibration.stereo_calibration import sparsity, to_matrices, to_vectors
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
 

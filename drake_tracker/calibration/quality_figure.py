@@ -10,8 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from drake_tracker.calibration.coverage import CELLS
-from drake_tracker.calibration.found_boards import FoundBoards, ImageShape
+from drake_tracker.calibration.found_boards import CELLS, FoundBoards, ImageShape
 from drake_tracker.calibration.quality import CameraQuality
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK

@@ -28,8 +28,7 @@ def execute(options: Namespace) -> int:
     if options.board is None:
         raise DrakeTrackerError("board: --board is missing: columns and rows, for example 8x6")
 
-    from drake_tracker.calibration.board_page import arguments_of, print_board
-    from drake_tracker.calibration.described_board import parse_board
+    from drake_tracker.calibration.board_page import arguments_of, parse_board, print_board
 
     board = parse_board(options.board, options.square, options.kind, options.marker, options.family)
     print_board(board, options.out, options.paper)

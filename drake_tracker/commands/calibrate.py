@@ -84,7 +84,7 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError("calibrate: -o FILE is missing: the calibration file to write")
     if options.baseline is not None and not (len(sources) == 2 and options.baseline > 0.0):
         raise DrakeTrackerError(f"--baseline {options.baseline:g}: a distance above 0 m between two cameras")
-    from drake_tracker.calibration.described_board import parse_board
+    from drake_tracker.calibration.board_page import parse_board
     from drake_tracker.calibration.photographs import calibrate_photographs
 
     described = parse_board(board, options.square, options.kind, options.marker, options.family)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.text_file import printable
+from drake_tracker.core.files.regular_file import printable
 
 Commands = _SubParsersAction
 """The parsers of the commands, as ``ArgumentParser.add_subparsers`` returns them."""

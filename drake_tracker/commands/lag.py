@@ -128,9 +128,8 @@ def _show(port: int) -> int:
 
 def _measure(footage: Any, options: Namespace) -> "LatencyMeasurement":
     """Returns the `LatencyMeasurement` of one camera."""
-    from drake_tracker.cameras.latency.light import read_switches, write_switches
+    from drake_tracker.cameras.latency.light import SwitchedLight, read_switches, write_switches
     from drake_tracker.cameras.latency.measurement import measure_by_code, measure_by_light
-    from drake_tracker.cameras.latency.switched_light import SwitchedLight
     from drake_tracker.core.progress import Progress
 
     duration = options.duration or (LIVE_DURATION if footage.live else None)

@@ -6,7 +6,7 @@ from pathlib import Path
 from drake_tracker.commands.common import SUCCESS, Commands, add_command
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
-from drake_tracker.core.files.text_file import printable
+from drake_tracker.core.files.regular_file import printable
 
 PORT = 8317
 """Default port of the page."""

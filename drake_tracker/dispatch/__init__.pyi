@@ -14,10 +14,10 @@ from .config import LookAhead as LookAhead
 from .config import NearestDeadline as NearestDeadline
 from .config import PickWindow as PickWindow
 from .cycle_time import CycleModel as CycleModel
+from .dispatcher import DISPATCHERS as DISPATCHERS
 from .dispatcher import Dispatcher as Dispatcher
 from .dispatcher import Plan as Plan
-from .kinds import DISPATCHERS as DISPATCHERS
-from .kinds import make_dispatcher as make_dispatcher
+from .dispatcher import make_dispatcher as make_dispatcher
 from .offline_optimum import Bound as Bound
 from .offline_optimum import offline_optimum as offline_optimum
 from .queue_simulation import QueueRun as QueueRun

@@ -1,13 +1,31 @@
-"""The interface of a dispatcher: parts on the belt go in, the part to pick next comes out.
+"""The role of a dispatcher and its kinds: parts on the belt go in, the part to pick next comes out.
 
 A dispatcher is functional: it has no memory, and the same arguments give the same plan.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from drake_tracker.core.registry import Registry
 from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
+from drake_tracker.dispatch.config import FirstInFirstOut, Greedy, LookAhead, NearestDeadline
+
+if TYPE_CHECKING:
+    from drake_tracker.dispatch.config import Eligibility
+    from drake_tracker.dispatch.cycle_time import CycleModel
+
+
+DISPATCHERS: "Registry[Dispatcher]" = Registry(
+    "dispatch",
+    {
+        LookAhead: "drake_tracker.dispatch.look_ahead:LookAheadDispatcher",
+        Greedy: "drake_tracker.dispatch.rules:GreedyDispatcher",
+        NearestDeadline: "drake_tracker.dispatch.rules:NearestDeadlineDispatcher",
+        FirstInFirstOut: "drake_tracker.dispatch.rules:FirstInFirstOutDispatcher",
+    },
+)
+"""Every dispatcher of the package by its settings; the one place where a dispatcher is registered."""
 
 
 @dataclass(frozen=True)
@@ -44,3 +62,16 @@ class Dispatcher(Protocol):
             now: the time [s].
         """
         ...
+
+
+def make_dispatcher(settings: Any, model: "CycleModel", eligibility: "Eligibility") -> "Dispatcher":
+    """Returns a dispatcher.
+
+    Args:
+        settings: an instance of the settings of one of the kinds in `DISPATCHERS`.
+        model: the arm's cycle.
+        eligibility: which parts are offered to it.
+
+    Raises DrakeTrackerError when the settings belong to no kind.
+    """
+    return DISPATCHERS.make(settings, model=model, eligibility=eligibility)

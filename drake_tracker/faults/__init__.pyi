@@ -40,8 +40,6 @@ from .config import TrainRemoved as TrainRemoved
 from .config import TrainReversed as TrainReversed
 from .config import TrainStopped as TrainStopped
 from .config import WeakGripper as WeakGripper
-from .encoder_faults import EncoderJumpFault as EncoderJumpFault
-from .encoder_faults import EncoderStoppedFault as EncoderStoppedFault
 from .fault import CalibrationFault as CalibrationFault
 from .fault import EncoderFault as EncoderFault
 from .fault import Fault as Fault
@@ -73,6 +71,8 @@ from .kinds import make_faults as make_faults
 from .link_faults import LossyLinkFault as LossyLinkFault
 from .link_faults import SubstitutedLink as SubstitutedLink
 from .point_faults_system import PointFaultsSystem as PointFaultsSystem
+from .scene_faults import EncoderJumpFault as EncoderJumpFault
+from .scene_faults import EncoderStoppedFault as EncoderStoppedFault
 from .scene_faults import HandOverBeltFault as HandOverBeltFault
 from .scene_faults import PassingOccluderFault as PassingOccluderFault
 from .scene_faults import SecondMoverFault as SecondMoverFault

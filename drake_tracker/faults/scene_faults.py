@@ -1,12 +1,12 @@
 """Faults of the scene: a panel before a camera, a second moving object, a hand over the belt."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_tracker.faults.fault import MovingBody, PointFault, SceneFault, Sight
+from drake_tracker.faults.fault import EncoderFault, MovingBody, PointFault, SceneFault, Sight
 
 THICKNESS = 0.01
 """Thickness of the panel [m]."""
@@ -184,3 +184,19 @@ def _in_and_out(time: float, begin: float, end: float) -> tuple[float, float]:
         middle = math.inf if math.isinf(end) else 0.5 * (begin + end)
         rate = math.copysign(0.5 * math.pi * math.sin(math.pi * share) / SWEEP, middle - time)
     return 0.5 * (1.0 + math.cos(math.pi * share)), -rate
+
+
+@dataclass(frozen=True)
+class EncoderJumpFault(EncoderFault):
+    """`EncoderJump`: a constant is added to the distance."""
+
+    def travelled(self, time: float, distance: Callable[[float], float]) -> float:
+        return distance(time) + self.settings.distance
+
+
+@dataclass(frozen=True)
+class EncoderStoppedFault(EncoderFault):
+    """`EncoderStopped`: the distance stays that at the beginning of the fault."""
+
+    def travelled(self, time: float, distance: Callable[[float], float]) -> float:
+        return distance(self.begin)

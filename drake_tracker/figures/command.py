@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 from drake_tracker.figures import loop_runs
 from drake_tracker.figures.curvature import curvature_limit, draw_curvature
 from drake_tracker.figures.densities import (

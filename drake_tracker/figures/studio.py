@@ -43,8 +43,7 @@ from drake_tracker.world.conveyor.conveyor_plant import add_conveyor_laboratory
 from drake_tracker.world.imaging.cameras import camera_poses
 from drake_tracker.world.train.plant import add_laboratory
 from drake_tracker.world.train.track_visual import add_track_visual
-from drake_tracker.world.visual_mesh import add_visual_obj
-from drake_tracker.world.wavefront_obj import obj_text
+from drake_tracker.world.visual_mesh import add_visual_obj, obj_text
 
 OVERSAMPLING = 2
 """Rendered pixels per pixel of the image, in each direction."""

@@ -18,10 +18,10 @@ import numpy as np
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import unwritable
-from drake_tracker.core.files.text_file import is_file, read_text
+from drake_tracker.core.files.regular_file import is_file, read_text
 from drake_tracker.core.processes.worker_thread import WorkerThread
+from drake_tracker.footage.encoded_video import LosslessVideo
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.lossless_video import LosslessVideo
 from drake_tracker.footage.video import open_video
 
 FOLDER = "recording"

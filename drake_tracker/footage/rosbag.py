@@ -1,14 +1,62 @@
 """An image topic of a ROS 2 bag as footage."""
 
+import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.bag_storage import find_storage
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.ros_image import COMPRESSED, IMAGE, bits_of_message, read_ros_image, read_stamp
+
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+_CDR_HEADER = 4
+_LONGEST_NAME = 4096
+"""Largest number of bytes of a text in a message."""
+_CODES = {
+    "rgb8": None,
+    "8UC3": cv2.COLOR_BGR2RGB,
+    "bgr8": cv2.COLOR_BGR2RGB,
+    "rgba8": cv2.COLOR_RGBA2RGB,
+    "bgra8": cv2.COLOR_BGRA2RGB,
+    "mono8": cv2.COLOR_GRAY2RGB,
+    "8UC1": cv2.COLOR_GRAY2RGB,
+    # OpenCV names a Bayer pattern by its second row.
+    "bayer_rggb8": cv2.COLOR_BayerBG2RGB,
+    "bayer_bggr8": cv2.COLOR_BayerRG2RGB,
+    "bayer_gbrg8": cv2.COLOR_BayerGR2RGB,
+    "bayer_grbg8": cv2.COLOR_BayerGB2RGB,
+    "mono16": cv2.COLOR_GRAY2RGB,
+    "16UC1": cv2.COLOR_GRAY2RGB,
+    "rgb16": None,
+    "bgr16": cv2.COLOR_BGR2RGB,
+    "uyvy": cv2.COLOR_YUV2RGB_UYVY,
+    "yuv422": cv2.COLOR_YUV2RGB_UYVY,
+    "yuyv": cv2.COLOR_YUV2RGB_YUY2,
+    "yuv422_yuy2": cv2.COLOR_YUV2RGB_YUY2,
+    "nv21": cv2.COLOR_YUV2RGB_NV21,
+    "nv12": cv2.COLOR_YUV2RGB_NV12,
+    "nv24": cv2.COLOR_YUV2RGB_NV12,  # of the image with every brightness four times, see `_image`
+}
+"""{encoding: OpenCV's conversion to RGB}."""
+_CHANNELS = {
+    "rgb8": 3,
+    "bgr8": 3,
+    "8UC3": 3,
+    "rgba8": 4,
+    "bgra8": 4,
+    "rgb16": 3,
+    "bgr16": 3,
+    "uyvy": 2,
+    "yuv422": 2,
+    "yuyv": 2,
+    "yuv422_yuy2": 2,
+}
+"""{encoding: channels}; the others have one."""
+_ROWS = {"nv21": 1.5, "nv12": 1.5, "nv24": 3.0}
+"""{encoding: rows of data for each row of the image}; the others have one."""
 
 
 def open_bag(path: str | Path, topic: str | None = None) -> Footage:
@@ -79,3 +127,114 @@ def _choose(path: str | Path, topics: Sequence[str], topic: str | None) -> str:
 
 def _words(error: BaseException) -> str:
     return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+
+
+class _Reader:
+    """Reads the fields of a message one after the other. Raises ValueError beyond its end."""
+
+    def __init__(self, message: bytes) -> None:
+        if len(message) < _CDR_HEADER:
+            raise ValueError("a message is cut off")
+        self._bytes = memoryview(message)
+        self.order = "<" if message[1] & 1 else ">"
+        self._at = _CDR_HEADER
+
+    def number(self, kind: str) -> int:
+        """Returns a whole number; ``kind`` is its code in `struct`."""
+        size = struct.calcsize(kind)
+        self._at += -(self._at - _CDR_HEADER) % size
+        return int(struct.unpack(self.order + kind, self._take(size))[0])
+
+    def text(self) -> str:
+        """Returns a string."""
+        length = self.number("I")
+        if length > _LONGEST_NAME:
+            raise ValueError(f"a text of {length} bytes")
+        return bytes(self._take(length)).rstrip(b"\0").decode(errors="replace")
+
+    def array(self) -> np.ndarray:
+        """Returns a sequence of bytes as uint8 (n,)."""
+        return np.frombuffer(self._take(self.number("I")), np.uint8)
+
+    def _take(self, count: int) -> memoryview:
+        if count > len(self._bytes) - self._at:
+            raise ValueError("a message is cut off")
+        self._at += count
+        return self._bytes[self._at - count : self._at]
+
+
+def read_stamp(message: bytes) -> int:
+    """Returns the stamp of a message's header [ns], 0 where there is none. Raises ValueError when it is cut off."""
+    fields = _Reader(message)
+    return fields.number("i") * 1_000_000_000 + fields.number("I")
+
+
+def read_ros_image(message: bytes, kind: str, name: str, bits: int | None = None) -> np.ndarray:
+    """Returns the image in a message: RGB uint8 (h, w, 3).
+
+    Args:
+        message: as recorded.
+        kind: `IMAGE` or `COMPRESSED`.
+        name: of the source, for messages.
+        bits: of the pixels with two bytes, of which the upper eight are used; None: 16.
+
+    Raises DrakeTrackerError when its encoding is not supported, or it contradicts itself.
+    """
+    try:
+        fields = _Reader(message)
+        _ = fields.number("i"), fields.number("I"), fields.text()
+        if kind == COMPRESSED:
+            described = fields.text()
+            coded = fields.array()
+            image = cv2.imdecode(coded, cv2.IMREAD_COLOR) if coded.size else None
+            if image is None:
+                raise DrakeTrackerError(f"{name}: an image ({described}) cannot be read")
+            return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+        height, width, encoding = fields.number("I"), fields.number("I"), fields.text()
+        big, step, data = fields.number("B"), fields.number("I"), fields.array()
+    except ValueError as error:
+        raise DrakeTrackerError(f"{name}: an image is damaged: {error}") from None
+    if encoding not in _CODES:
+        raise DrakeTrackerError(f"{name}: encoding {encoding} is not supported; {', '.join(_CODES)} are")
+    return _image(data, height, width, step, encoding, big > 0, name, bits)
+
+
+def bits_of_message(message: bytes, kind: str) -> int | None:
+    """Returns how many bits the pixels of an image use that have two bytes each: 12 or 16; None with one byte."""
+    fields = _Reader(message)
+    _ = fields.number("i"), fields.number("I"), fields.text()
+    if kind == COMPRESSED:
+        return None
+    _, _, encoding = fields.number("I"), fields.number("I"), fields.text()
+    big, _, data = fields.number("B"), fields.number("I"), fields.array()
+    if "16" not in encoding:
+        return None
+    values = data[: data.size // 2 * 2].view(">u2" if big else "<u2")
+    return 12 if values.size and values.max() < 4096 else 16
+
+
+def _image(
+    data: np.ndarray, height: int, width: int, step: int, encoding: str, big: bool, name: str, bits: int | None
+) -> np.ndarray:
+    """Returns the pixels of an Image as RGB; see there for the arguments."""
+    channels, code = _CHANNELS.get(encoding, 1), _CODES[encoding]
+    deep = "16" in encoding
+    rows = int(height * _ROWS.get(encoding, 1.0))
+    row_bytes = width * channels * (2 if deep else 1)
+    odd = (channels == 2 and width % 2) or (_ROWS.get(encoding) == 1.5 and (width % 2 or height % 2))
+    if not height or not width or step < row_bytes or rows * step > data.size or odd:
+        raise DrakeTrackerError(
+            f"{name}: an image is damaged: {width} x {height} px of {encoding}, {step} bytes in a row, "
+            f"{data.size} in all"
+        )
+    pixels = np.ascontiguousarray(data[: rows * step].reshape(rows, step)[:, :row_bytes])
+    if deep:
+        values = pixels.view(">u2" if big else "<u2")
+        pixels = np.minimum(values >> ((bits or 16) - 8), 255).astype(np.uint8)
+    if channels > 1:
+        pixels = pixels.reshape(rows, width, channels)
+    if encoding == "nv24":
+        bright = pixels[:height].repeat(2, axis=0).repeat(2, axis=1)
+        colours = pixels[height:].reshape(height, 2 * width)
+        return np.ascontiguousarray(cv2.cvtColor(np.vstack([bright, colours]), cv2.COLOR_YUV2RGB_NV12)[::2, ::2])
+    return pixels if code is None else cv2.cvtColor(pixels, code)

@@ -5,4 +5,4 @@ from .gate import Gate as Gate
 from .motor_schema import Program as Program
 from .motor_schema import SchemaMachine as SchemaMachine
 from .motor_schema import SchemaState as SchemaState
-from .operator_mode import OperatorMode as OperatorMode
+from .operator_override import OperatorMode as OperatorMode

@@ -15,7 +15,6 @@ from drake_tracker.arm.motion.transform_equation import straight_motion_time
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import ServoTarget, message_size
 from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, Transitions
-from drake_tracker.grasp.operator_mode import OperatorMode
 
 STOPPING_SHARE = 0.3
 """A motion that stops continues by this fraction of speed times duration; with a smaller one it would move back."""
@@ -187,3 +186,11 @@ def resting_target(time: float, pose: np.ndarray) -> np.ndarray:
 
 def _tool_pose(status: Any) -> np.ndarray:
     return np.array([status.x, status.y, status.z, status.yaw])
+
+
+class OperatorMode(IntEnum):
+    """What the operator wants: values of `OperatorCommand`'s ``mode`` field."""
+
+    SUPERVISE = 0
+    STOP = 1
+    TAKE_OVER = 2

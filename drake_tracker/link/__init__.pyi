@@ -1,6 +1,6 @@
 from .config import Lossy as Lossy
 from .config import Perfect as Perfect
-from .kinds import LINKS as LINKS
+from .link import LINKS as LINKS
 from .link import Link as Link
 from .link_diagram import LinkDiagram as LinkDiagram
 from .link_system import LinkSystem as LinkSystem

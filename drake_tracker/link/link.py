@@ -1,10 +1,22 @@
-"""The role of a link between the host that predicts and the controller of the arm."""
+"""The role of a link between the host that predicts and the controller of the arm, and its kinds."""
 
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from drake_tracker.core.registry import Registry
+from drake_tracker.link.config import Lossy, Perfect
+
 State = TypeVar("State")
+LINKS: "Registry[Link[Any]]" = Registry(
+    "link",
+    {
+        Perfect: "drake_tracker.link.lossy_link:perfect_link",
+        Lossy: "drake_tracker.link.lossy_link:LossyLink",
+    },
+)
+"""Every link of the package by its settings; the one place where a link is registered. `Registry.make` returns its
+arithmetic (`Link`), `drake_tracker.link.link_system.make_link` its System."""
 
 
 class Link(Protocol[State]):

@@ -10,8 +10,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, Outpu
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Prediction, message_size
 from drake_tracker.core.timing import LINK_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.link.kinds import LINKS
-from drake_tracker.link.link import Link
+from drake_tracker.link.link import LINKS, Link
 
 
 class LinkSystem(LeafSystem):

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.operator_override import OperatorMode
 
 JOG_AXES = ("x", "y", "z", "yaw")
 """Axes along or about which the tool can be jogged: those of W, and the direction of the tool about the vertical."""

@@ -16,7 +16,7 @@ from pydrake.systems.framework import (
 from drake_tracker.core.messages import OperatorCommand, ToolStatus, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import SELECTED
-from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.operator_override import OperatorMode
 from drake_tracker.live.operator import JOG_STEP, JOG_TURN, OperatorPanel
 
 LEAD, LEAD_TURN = 0.05, 0.27

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.overview import Overview
+from drake_tracker.tasks.strips import Overview
 
 SAMPLE_PERIOD = 6 * VISION_PERIOD
 """Simulated time between two samples [s]: 10 a second."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.operator_override import OperatorMode
 from drake_tracker.live.control import RATES, Control
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.server import Server

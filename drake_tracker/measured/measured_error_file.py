@@ -12,7 +12,7 @@ from drake_tracker.cameras.files.calibration_file import check_rig
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.core.files.bounded_yaml import load_yaml
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.measured.measured_error import AXES, MeasuredError
 

@@ -5,13 +5,13 @@ from .bus import open_bus as open_bus
 from .channels import DEFAULT_URL as DEFAULT_URL
 from .channels import Vector as Vector
 from .channels import channel_of as channel_of
+from .channels import decode_signal as decode_signal
+from .channels import encode_signal as encode_signal
 from .channels import vectors as vectors
 from .cycles import Cycle as Cycle
 from .cycles import CycleCollector as CycleCollector
 from .host_side_diagram import HostSideDiagram as HostSideDiagram
 from .mailbox import Mailbox as Mailbox
-from .signal_message import decode_signal as decode_signal
-from .signal_message import encode_signal as encode_signal
 from .signal_system import SignalDecoder as SignalDecoder
 from .signal_system import SignalEncoder as SignalEncoder
 from .signal_system import add_receiver as add_receiver

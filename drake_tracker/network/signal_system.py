@@ -10,8 +10,7 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from pydrake.systems.lcm import LcmPublisherSystem, LcmSubscriberSystem, PySerializer
 
-from drake_tracker.network.channels import Vector, channel_of
-from drake_tracker.network.signal_message import decode_signal, encode_signal
+from drake_tracker.network.channels import Vector, channel_of, decode_signal, encode_signal
 
 
 class SignalEncoder(LeafSystem):

@@ -7,9 +7,9 @@ import numpy as np
 
 from drake_tracker.core.files.mcap_file import McapFile
 from drake_tracker.core.messages import Centroid, Filtered, Prediction, TrackPoint, predicted_points
-from drake_tracker.own_cameras.object_values import ObjectValues
 from drake_tracker.own_cameras.own_cameras_diagram import place_suffix
 from drake_tracker.own_cameras.preparation import PreparedTrack
+from drake_tracker.own_cameras.table import ObjectValues
 from drake_tracker.run.mcap_signals import write_sample
 
 MCAP_FILE = "track.mcap"

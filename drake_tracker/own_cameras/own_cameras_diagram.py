@@ -22,7 +22,7 @@ from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsS
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
 from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker
 from drake_tracker.vision.image_tracks.stereo_tracks_system import StereoTracksSystem
-from drake_tracker.vision.localiser_system import connect_centroids
+from drake_tracker.vision.triangulator_system import connect_centroids
 
 MAX_GAP = 0.03
 """Largest gap [m] between the two rays of one point."""

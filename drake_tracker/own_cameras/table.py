@@ -3,11 +3,13 @@
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from pydrake.systems.framework import Context
 
 from drake_tracker.core.messages import KNOT_SPACING, Centroid, Filtered, Prediction, TrackPoint, evaluate_prediction
-from drake_tracker.own_cameras.object_values import ObjectValues
+from drake_tracker.own_cameras.own_cameras_diagram import OwnCamerasDiagram, place_suffix
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.track_2d import TrackState
 
@@ -20,6 +22,29 @@ PIXEL_FILTER_COLUMNS = ("filtered_u", "filtered_v", "predicted_u", "predicted_v"
 OBJECT_COLUMNS = ("id", "state")
 _FLUSH_EVERY = 30
 """Number of rows after which the file is flushed to disk."""
+
+
+class ObjectValues(NamedTuple):
+    """What is known of one object.
+
+    Attributes:
+        centroids: `Centroid` vector of each camera.
+        point: `TrackPoint` vector; without calibration in pixels, like the next two.
+        filtered: `Filtered` vector.
+        packet: `Prediction` vector.
+        number: its identity, 0 without one; None unless several objects are tracked.
+    """
+
+    centroids: list[np.ndarray]
+    point: np.ndarray
+    filtered: np.ndarray
+    packet: np.ndarray
+    number: int | None = None
+
+    def copied(self) -> "ObjectValues":
+        """Returns the values as arrays of their own, which outlive the cycle."""
+        point, filtered, packet = (np.array(vector) for vector in (self.point, self.filtered, self.packet))
+        return ObjectValues([np.array(each) for each in self.centroids], point, filtered, packet, self.number)
 
 
 class TrackTable:
@@ -169,3 +194,24 @@ def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -
 
 def _text(value: float) -> str:
     return f"{value:.6f}".rstrip("0").rstrip(".")
+
+
+def read_values(diagram: OwnCamerasDiagram, context: Context) -> list[ObjectValues]:
+    """Returns the values of each object that has ports of its own.
+
+    Args:
+        diagram: the diagram.
+        context: of the diagram.
+    """
+
+    def read(name: str, place: int) -> np.ndarray:
+        vector: np.ndarray = diagram.GetOutputPort(f"{name}{place_suffix(place)}").Eval(context)
+        return vector
+
+    values = []
+    for place in range(diagram.places):
+        centroids = [read(f"centroid_{side}", place) for side in diagram.sides]
+        point, filtered, packet = (read(name, place) for name in ("point", "filtered", "prediction"))
+        number = int(read("number", place)[0]) if diagram.places > 1 else None
+        values.append(ObjectValues(centroids, point, filtered, packet, number))
+    return values

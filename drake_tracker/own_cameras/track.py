@@ -15,12 +15,11 @@ from drake_tracker.footage.recording import FOLDER
 from drake_tracker.footage.video import reason
 from drake_tracker.own_cameras.camera_order_check import are_swapped, places
 from drake_tracker.own_cameras.mcap_track import MCAP_FILE, TrackMcap
-from drake_tracker.own_cameras.object_values import read_values
 from drake_tracker.own_cameras.picture_process import PictureProcess
 from drake_tracker.own_cameras.preparation import PreparedTrack
 from drake_tracker.own_cameras.quality import TrackQuality
 from drake_tracker.own_cameras.summary import describe_delay, describe_footage, describe_run, summarise_track
-from drake_tracker.own_cameras.table import TrackTable
+from drake_tracker.own_cameras.table import TrackTable, read_values
 from drake_tracker.tasks.results import save_summary
 
 if TYPE_CHECKING:

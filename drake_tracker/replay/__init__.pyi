@@ -3,9 +3,9 @@ from .judge import HORIZONS as HORIZONS
 from .judge import Judge as Judge
 from .judge import compare_signals as compare_signals
 from .parts import LogSourceSystem as LogSourceSystem
+from .parts import ReplayDiagram as ReplayDiagram
 from .parts import make_replay_diagram as make_replay_diagram
 from .recording import STARTS as STARTS
 from .recording import Recording as Recording
 from .recording import open_recording as open_recording
 from .replay import replay_run as replay_run
-from .replay_diagram import ReplayDiagram as ReplayDiagram

@@ -3,15 +3,16 @@
 Nothing in it is executed, no pipe blocks the reader, and no file outside of it is read or served.
 """
 
+import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, Signal, load_log
-from drake_tracker.report.sound_summary import sound_summary
+from drake_tracker.report.summary_table import SHARED_ROWS
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.registry import TASKS, task_named, task_of
@@ -26,6 +27,10 @@ _LARGEST_LOG = 1 << 31
 """Largest log in memory [bytes]."""
 _LONGEST_REASON = 300
 _Content = TypeVar("_Content")
+LARGEST = 1e12
+"""Largest number that a page shows."""
+LONGEST = 10_000
+"""Largest number of characters of a text."""
 
 
 @dataclass
@@ -134,3 +139,60 @@ def _note(run: RunFiles) -> None:
     missing = [name for name in files if not (run.folder / name).exists() and name != "summary.json"]
     if missing:
         run.notes.append(f"Not in the directory: {', '.join(missing)}.")
+
+
+def sound_summary(summary: Mapping[str, Any], task: Task) -> tuple[dict[str, Any], list[str]]:
+    """Returns (the summary without wrong values, names of the wrong values).
+
+    Values that the page does not show are not checked.
+
+    Args:
+        summary: of a run.
+        task: of the run.
+    """
+    numbers = dict.fromkeys((key for key, *_ in (*task.summary_rows, *SHARED_ROWS)), is_number)
+    kinds = {**numbers, **_KINDS}
+    wrong = [key for key, is_right in kinds.items() if summary.get(key) is not None and not is_right(summary[key])]
+    return {key: value for key, value in summary.items() if key not in wrong}, wrong
+
+
+def is_number(value: Any) -> bool:
+    """Returns whether a value is a number, finite and of a size that can be shown."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def _are_counts(value: Any) -> bool:
+    return isinstance(value, dict) and all(is_number(each) for each in value.values())
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST
+
+
+def _is_lag(value: Any) -> bool:
+    return isinstance(value, dict) and all(each is None or is_number(each) for each in value.values())
+
+
+def _are_versions(value: Any) -> bool:
+    return isinstance(value, dict) and all(each is None or _is_text(each) for each in (*value, *value.values()))
+
+
+def _has_sentences(value: Any) -> bool:
+    if not isinstance(value, dict):
+        return False
+    sentences = value.get("sentences", [])
+    return isinstance(sentences, list) and all(_is_text(each) for each in sentences)
+
+
+_KINDS: dict[str, Callable[[Any], bool]] = {
+    "scenario": _is_text,
+    "seed": lambda value: _is_text(value) or (is_number(value) and math.floor(value) == value),
+    "success": lambda value: isinstance(value, bool),
+    "failure_reason": _is_text,
+    "lag_s": _is_lag,
+    "packets_rejected_for": _are_counts,
+    "tracking": _has_sentences,
+    "lost_parts": _has_sentences,
+    "package_versions": _are_versions,
+}
+"""{key: returns whether a value is of the right kind}."""

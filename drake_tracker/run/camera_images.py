@@ -11,7 +11,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks, outputs
-from drake_tracker.footage.lossless_video import LosslessVideo
+from drake_tracker.footage.encoded_video import LosslessVideo
 
 IMAGES_FOLDER = "images"
 """Folder of the images in a run directory."""

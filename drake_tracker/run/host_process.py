@@ -12,9 +12,8 @@ from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.point_check import refuse_point
 from drake_tracker.network.channels import POINT, channel_of
-from drake_tracker.network.cycles import Cycle, CycleCollector
+from drake_tracker.network.cycles import Cycle, CycleCollector, NotUnderstood, largest_message, read_image, read_vector
 from drake_tracker.network.mailbox import Mailbox
-from drake_tracker.network.received_message import NotUnderstood, largest_message, read_image, read_vector
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
 

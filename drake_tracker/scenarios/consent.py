@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.text_file import is_file
+from drake_tracker.core.files.regular_file import is_file
 from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import Custom
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.text_file import printable
+from drake_tracker.core.files.regular_file import printable
 from drake_tracker.core.setting import allowed, as_tuple, key_of, kinds_of, list_kinds, settings_of
 from drake_tracker.scenarios.tree import Value, parse
 from drake_tracker.scenarios.writer import tree_of

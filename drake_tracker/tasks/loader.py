@@ -15,7 +15,7 @@ from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.core.files.atomic_file import write_text
-from drake_tracker.core.files.text_file import is_file, read_text
+from drake_tracker.core.files.regular_file import is_file, read_text
 from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.consent import find_module, is_trusted

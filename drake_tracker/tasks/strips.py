@@ -4,7 +4,7 @@ Errors are measured against the simulator's ground truth, which the tracking loo
 task are in `strips.py` of its package.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -128,3 +128,19 @@ def horizontal_distance(first: Sequence[float] | np.ndarray, second: Sequence[fl
 def rounded(values: Iterable[float | None]) -> list[float | None]:
     """Returns values rounded to three decimals. A value that is None or not finite becomes None."""
     return [round(float(value), 3) if value is not None and np.isfinite(value) else None for value in values]
+
+
+@dataclass(frozen=True)
+class Overview:
+    """What the live page draws from above, and where it comes from.
+
+    Attributes:
+        ports: {output port of the diagram: its named view, or None for a vector of any size}.
+        facts: function of (scenario, diagram) that returns what does not change, a dict for JSON.
+        values: function of (simulated time [s], position of the tool in W [m], {port: message}) that returns what
+            changes, a dict for JSON.
+    """
+
+    ports: Mapping[str, Any]
+    facts: Callable[[Any, Any], dict[str, Any]]
+    values: Callable[[float, np.ndarray, Mapping[str, Any]], dict[str, Any]]

@@ -33,8 +33,7 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
-from drake_tracker.tasks.overview import Overview
-from drake_tracker.tasks.strips import StripChart
+from drake_tracker.tasks.strips import Overview, StripChart
 
 Found = TypeVar("Found")
 Scenario = TypeVar("Scenario", bound=BaseScenario)

@@ -11,10 +11,10 @@ from .config import Silhouettes as Silhouettes
 from .config import Single as Single
 from .config import StaticThreshold as StaticThreshold
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
-from .localiser_system import Localiser as Localiser
 from .region_centroid import RegionCentroid as RegionCentroid
 from .region_of_interest import RegionOfInterest as RegionOfInterest
 from .region_of_interest import project_region as project_region
 from .several_vision_diagram import SeveralVisionDiagram as SeveralVisionDiagram
+from .triangulator_system import Localiser as Localiser
 from .triangulator_system import TriangulatorSystem as TriangulatorSystem
 from .triangulator_system import add_triangulator as add_triangulator

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.silhouettes.target import TARGETS
 from drake_tracker.vision.silhouettes.target_config import First
-from drake_tracker.vision.silhouettes.target_kinds import TARGETS
 
 if TYPE_CHECKING:
     from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters

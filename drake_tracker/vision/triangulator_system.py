@@ -1,6 +1,7 @@
 """The triangulator as a Drake System: two centroids in, one 3-D point out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,6 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Inpu
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
-from drake_tracker.vision.localiser_system import connect_centroids
 from drake_tracker.vision.region_of_interest import check_box
 
 STAMP_TOLERANCE = 1e-9
@@ -147,3 +147,26 @@ def add_triangulator(
     )
     connect_centroids(builder, centroids, system)
     return system
+
+
+class Localiser(Protocol):
+    """A System that turns centroids into a point: `TriangulatorSystem`, `PlaneProjectorSystem`, or your own.
+
+    A custom localiser is a Drake System with these two properties; it need not derive from this class.
+    """
+
+    @property
+    def centroid_ports(self) -> tuple[InputPort, ...]:
+        """The input ports for a `Centroid` vector each, one per camera, in the order of the cameras."""
+        ...
+
+    @property
+    def point_port(self) -> OutputPort:
+        """The output port with a `TrackPoint` vector, p_WQ [m]: invalid, never absent, when there is no point."""
+        ...
+
+
+def connect_centroids(builder: DiagramBuilder, centroids: Iterable[OutputPort], localiser: Localiser) -> None:
+    """Connects output ports with a `Centroid` each to the inputs of a localiser, in the order of its cameras."""
+    for centroid, port in zip(centroids, localiser.centroid_ports):
+        builder.Connect(centroid, port)

@@ -10,11 +10,11 @@ from .config import TrainConfig as TrainConfig
 from .config import WristCamera as WristCamera
 from .disturbance_system import DisturbanceSystem as DisturbanceSystem
 from .disturbance_system import add_disturbance as add_disturbance
-from .jaw_sensor_system import JawSensorSystem as JawSensorSystem
-from .jaw_sensor_system import add_jaw_sensor as add_jaw_sensor
 from .objects_system import ObjectStatesSystem as ObjectStatesSystem
 from .objects_system import add_object_motion as add_object_motion
 from .objects_system import add_object_states as add_object_states
+from .robot_ports_diagram import JawSensorSystem as JawSensorSystem
+from .robot_ports_diagram import add_jaw_sensor as add_jaw_sensor
 from .scene_object import Ride as Ride
 from .scene_object import SceneObject as SceneObject
 from .visual_mesh import add_visual_mesh as add_visual_mesh

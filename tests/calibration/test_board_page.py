@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.calibration.board_page import PAGES, arguments_of, board_figure
-from drake_tracker.calibration.described_board import parse_board
+from drake_tracker.calibration.board_page import PAGES, arguments_of, board_figure, parse_board
 from drake_tracker.cameras.boards.board_kinds import BOARDS
 
 DPI = 127  # 5 px to a mm

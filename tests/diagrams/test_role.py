@@ -8,7 +8,7 @@ import pytest
 
 from drake_tracker.arm.description import PUMA560, ArmDescription
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.diagrams.role import check_role
+from drake_tracker.diagrams.custom import check_role
 from drake_tracker.estimation.estimator import Estimator
 
 if typing.TYPE_CHECKING:

@@ -8,7 +8,7 @@ from drake_tracker.core.messages import PickDiagnosis, ToolStatus, message_size
 from drake_tracker.dispatch.candidate import Candidate, Cell
 from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, PickWindow
 from drake_tracker.dispatch.cycle_time import CycleModel
-from drake_tracker.dispatch.kinds import make_dispatcher
+from drake_tracker.dispatch.dispatcher import make_dispatcher
 from drake_tracker.dispatch.order_tracker import ArmReport, OrderClerk, OrderTracker, report_of
 
 CELLS = [Cell(0.345, 0.19), Cell(0.41, 0.19), Cell(0.345, 0.255)]

@@ -26,7 +26,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.dispatch.candidate import Cell
 from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, PickWindow
 from drake_tracker.dispatch.cycle_time import CycleModel
-from drake_tracker.dispatch.kinds import make_dispatcher
+from drake_tracker.dispatch.dispatcher import make_dispatcher
 from drake_tracker.dispatch.order_tracker import OrderClerk
 from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
 from drake_tracker.estimation.belt import BeltEstimator

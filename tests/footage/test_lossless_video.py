@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.footage.lossless_video import LosslessVideo
+from drake_tracker.footage.encoded_video import LosslessVideo
 from drake_tracker.footage.sources import open_footage
 
 

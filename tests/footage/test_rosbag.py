@@ -9,8 +9,8 @@ from mcap.reader import make_reader
 from mcap_ros2.writer import Writer
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.footage.ros_image import IMAGE as IMAGE_TYPE
-from drake_tracker.footage.ros_image import read_ros_image
+from drake_tracker.footage.rosbag import IMAGE as IMAGE_TYPE
+from drake_tracker.footage.rosbag import read_ros_image
 from drake_tracker.footage.sources import open_footage
 
 HEADER = """std_msgs/Header header

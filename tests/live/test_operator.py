@@ -12,7 +12,7 @@ from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand, OperatorCommand
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
-from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.operator_override import OperatorMode
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.live.operator import JOG_STEP, JOG_TURN, MOST_STEPS, OperatorPanel
 from drake_tracker.live.operator_system import LEAD, OperatorSystem, add_operator, moved

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_tracker.world.wavefront_obj import obj_text
+from drake_tracker.world.visual_mesh import obj_text
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 

@@ -12,7 +12,7 @@ import numpy as np
 from drake import lcmt_drake_signal, lcmt_header, lcmt_image, lcmt_image_array
 
 from drake_tracker.core.messages import Filtered, Prediction, TrackPoint
-from drake_tracker.network.signal_message import encode_signal
+from drake_tracker.network.channels import encode_signal
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from packets import BAD_PACKETS, circle_packet

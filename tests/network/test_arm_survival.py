@@ -14,8 +14,7 @@ from drake_tracker.arm.safety.packet_guard import REASONS, Rejection
 from drake_tracker.core.messages import ArmCommand, Filtered, PacketReport, Prediction, ServoTarget
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.grasp.train.schema import Phase
-from drake_tracker.network.channels import channel_of
-from drake_tracker.network.signal_message import encode_signal
+from drake_tracker.network.channels import channel_of, encode_signal
 from drake_tracker.run.host_process import HostProcess
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate

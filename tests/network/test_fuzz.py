@@ -32,10 +32,8 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.link.lossy_link import LinkState, LossyLink
-from drake_tracker.network.channels import channel_of
-from drake_tracker.network.cycles import AGREEING, REORDERED, CycleCollector
-from drake_tracker.network.received_message import NotUnderstood, read_image, read_vector
-from drake_tracker.network.signal_message import encode_signal
+from drake_tracker.network.channels import channel_of, encode_signal
+from drake_tracker.network.cycles import AGREEING, REORDERED, CycleCollector, NotUnderstood, read_image, read_vector
 
 CORPUS = {path.stem: path.read_bytes() for path in sorted((Path(__file__).parent / "corpus").glob("*.bin"))}
 QUIET = (HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.large_base_example)

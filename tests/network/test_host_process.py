@@ -8,9 +8,8 @@ from pydrake.lcm import DrakeLcm
 from drake_tracker import load_scenario
 from drake_tracker.core.messages import Prediction, TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.network.channels import channel_of
+from drake_tracker.network.channels import channel_of, decode_signal, encode_signal
 from drake_tracker.network.mailbox import MOST_WAITING
-from drake_tracker.network.signal_message import decode_signal, encode_signal
 from drake_tracker.run.host_process import SILENCE, HostProcess
 
 LAG = 0.25

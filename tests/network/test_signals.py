@@ -14,8 +14,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker.core.messages import Prediction, TrackPoint, message_size
 from drake_tracker.core.timing import TIME_STEP
-from drake_tracker.network.channels import CAMERAS, channel_of, vectors
-from drake_tracker.network.signal_message import decode_signal, encode_signal
+from drake_tracker.network.channels import CAMERAS, channel_of, decode_signal, encode_signal, vectors
 from drake_tracker.network.signal_system import add_receiver, add_sender
 
 

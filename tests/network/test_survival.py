@@ -17,8 +17,7 @@ from drake_tracker.core.messages import ArmCommand
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.network.bus import open_bus
-from drake_tracker.network.channels import channel_of
-from drake_tracker.network.signal_message import decode_signal
+from drake_tracker.network.channels import channel_of, decode_signal
 from drake_tracker.tasks import load_scenario
 from drake_tracker.world.train.plant import TRAIN_HEIGHT
 

@@ -17,8 +17,7 @@ from played import play_at_once
 
 from drake_tracker import cli
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.own_cameras.live_strips import TrackStrips
-from drake_tracker.own_cameras.live_view import IN_STRIPS, TrackView, _list_objects
+from drake_tracker.own_cameras.live_view import IN_STRIPS, TrackStrips, TrackView, _list_objects
 from drake_tracker.own_cameras.overlay import TrackOverlay
 from drake_tracker.own_cameras.table import TrackTable
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects

@@ -15,11 +15,10 @@ from drake_tracker.core.messages import pack_prediction
 from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.estimation.config import AlphaBetaGamma, CoordinatedTurn
 from drake_tracker.estimation.unit_free import UnitFreeEstimator
-from drake_tracker.own_cameras.object_values import ObjectValues
-from drake_tracker.own_cameras.overlay import TrackOverlay
-from drake_tracker.own_cameras.overlay_objects import PATH
+from drake_tracker.own_cameras.overlay import PATH, TrackOverlay
 from drake_tracker.own_cameras.picture import draw_track_picture
 from drake_tracker.own_cameras.scale import is_scaled, own_estimator
+from drake_tracker.own_cameras.table import ObjectValues
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.tasks.style import FILTERED, PREDICTED, bgr
 

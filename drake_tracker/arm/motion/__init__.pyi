@@ -1,13 +1,13 @@
 from .differential_ik import joints_for as joints_for
 from .differential_ik_system import DifferentialIkSystem as DifferentialIkSystem
-from .joint_servo import add_joint_feedforward as add_joint_feedforward
-from .joint_servo import add_set_point_spline as add_set_point_spline
 from .servo import Servo as Servo
 from .servo import ServoState as ServoState
 from .servo_system import ServoSystem as ServoSystem
 from .servo_system import add_servo as add_servo
 from .servo_system import make_servo_system as make_servo_system
 from .set_point_spline_system import SetPointSplineSystem as SetPointSplineSystem
+from .set_point_spline_system import add_joint_feedforward as add_joint_feedforward
+from .set_point_spline_system import add_set_point_spline as add_set_point_spline
 from .tool_controller import ToolController as ToolController
 from .tool_controller import add_tool_controller as add_tool_controller
 from .tool_motion import MotionFrame as MotionFrame

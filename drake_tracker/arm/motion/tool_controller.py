@@ -10,8 +10,11 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.motion.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.motion.joint_servo import add_joint_feedforward, add_set_point_spline
-from drake_tracker.arm.motion.set_point_spline_system import SetPointSplineSystem
+from drake_tracker.arm.motion.set_point_spline_system import (
+    SetPointSplineSystem,
+    add_joint_feedforward,
+    add_set_point_spline,
+)
 from drake_tracker.arm.motion.tool_motion import ToolMotion
 from drake_tracker.arm.motion.transform_equation_system import TransformEquationSystem
 from drake_tracker.arm.safety.collision_reflex_system import CollisionReflexSystem

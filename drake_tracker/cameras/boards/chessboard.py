@@ -5,8 +5,13 @@ import dataclasses
 import cv2
 import numpy as np
 
-from drake_tracker.cameras.boards.board import BoardShapes, as_seen_from_the_front, grid_turns
-from drake_tracker.cameras.boards.frontal_picture import frontal_homography, refine_corners
+from drake_tracker.cameras.boards.board import (
+    BoardShapes,
+    as_seen_from_the_front,
+    frontal_homography,
+    grid_turns,
+    refine_corners,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 
 _FINDER_WIDTH, _LARGEST_FINDER_WIDTH = 1024, 1800

@@ -6,8 +6,13 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from drake_tracker.cameras.boards.board import BoardShapes, enough_points, neighbours
-from drake_tracker.cameras.boards.frontal_picture import frontal_homography, refine_corners
+from drake_tracker.cameras.boards.board import (
+    BoardShapes,
+    enough_points,
+    frontal_homography,
+    neighbours,
+    refine_corners,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 
 FAMILIES = {"4x4": "DICT_4X4", "5x5": "DICT_5X5", "6x6": "DICT_6X6", "7x7": "DICT_7X7"}

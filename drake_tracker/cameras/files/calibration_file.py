@@ -12,7 +12,7 @@ from drake_tracker.cameras.lens_models import COEFFICIENTS, FISHEYE, PINHOLE
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.core.files.bounded_yaml import load_yaml
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 
 _CAMERA_ARRAYS = ("K", "distortion", "X_CW")
 _DIGITS = 9

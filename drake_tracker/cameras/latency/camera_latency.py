@@ -9,7 +9,7 @@ import yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.core.files.bounded_yaml import load_yaml
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 
 LONGEST = 10.0
 """Greatest latency that a file may contain [s]; the slowest network cameras need a few seconds."""

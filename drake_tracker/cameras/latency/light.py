@@ -1,13 +1,17 @@
 """Latency from a light that is switched at known times."""
 
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 
 GRID = (32, 24)
 """Columns and rows of the blocks of an image in which brightness is compared."""
@@ -17,6 +21,8 @@ _LONGEST_GAP = 2.5
 """Longest time between the images before and after a switch, in periods of the images."""
 _COARSE = 0.005
 """Step of the first search [s]."""
+SHORTEST, LONGEST = 0.12, 0.35
+"""Range of the times from one switch to the next [s]."""
 
 
 def block_brightness(grey: np.ndarray) -> np.ndarray:
@@ -65,11 +71,11 @@ def switch_bounds(
     on = bright > 0.5 * (low + high)
     period = float(np.median(np.diff(stamps)))
     bounds = []
-    for time, state in zip(switches, states):
-        near = np.flatnonzero(np.abs(stamps - lag - time) < 2 * period)
+    for switched, state in zip(switches, states):
+        near = np.flatnonzero(np.abs(stamps - lag - switched) < 2 * period)
         changed = [i for i in near if i > 0 and on[i] != on[i - 1] and on[i] == bool(state)]
         if len(changed) == 1 and stamps[changed[0]] - stamps[changed[0] - 1] < _LONGEST_GAP * period:
-            bounds.append((stamps[changed[0] - 1] - time, stamps[changed[0]] - time))
+            bounds.append((stamps[changed[0] - 1] - switched, stamps[changed[0]] - switched))
     lowest, highest = np.array(bounds).reshape(-1, 2).T
     return lowest, highest
 
@@ -105,3 +111,59 @@ def read_switches(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     if (np.diff(rows[:, 0]) <= 0.0).any() or not np.isin(rows[:, 1], (0.0, 1.0)).all():
         raise DrakeTrackerError(f"{path}: the times of the light must increase, and on must be 0 or 1")
     return rows[:, 0], rows[:, 1]
+
+
+class SwitchedLight:
+    """A light that a thread switches on and off by writing 1 and 0 to a file: a context manager.
+
+    Such a file is ``/sys/class/leds/NAME/brightness`` of an LED that Linux knows, or the value of a GPIO pin. The light
+    is off at the end.
+
+    Args:
+        path: file to write to; it must exist.
+        clock: returns the time [s].
+        seed: of the times.
+
+    Attributes:
+        switches: (time [s], 1 for on or 0 for off) of each switch so far. The time is the middle of the writing.
+
+    Raises DrakeTrackerError when the file cannot be written.
+    """
+
+    def __init__(self, path: str | Path, clock: Callable[[], float] = time.time, seed: int = 0) -> None:
+        self._path, self._clock = Path(path), clock
+        self._random = np.random.default_rng(seed)
+        self._ended = threading.Event()
+        self.switches: list[tuple[float, int]] = []
+        self._switch(0)
+        self._thread = threading.Thread(target=self._run, name="switched light", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        on = 0
+        try:
+            while not self._ended.wait(self._random.uniform(SHORTEST, LONGEST)):
+                on = 1 - on
+                self._switch(on)
+            self._switch(0)
+        except DrakeTrackerError:  # unplugged: the images will say that it does not change
+            return
+
+    def _switch(self, on: int) -> None:
+        before = self._clock()
+        try:
+            with open(self._path, "r+b", buffering=0) as file:
+                file.write(b"%d\n" % on)
+        except OSError as error:
+            raise DrakeTrackerError(f"--light {self._path}: cannot be written: {error.strerror}") from None
+        if not self.switches or self.switches[-1][1] != on:
+            self.switches.append((0.5 * (before + self._clock()), on))

@@ -25,17 +25,21 @@ from drake_tracker.estimation.parts.turn_model import (
     HEADING,
     SIGMA_LIMITS,
     SPEED,
+    START_POINTS,
+    Row,
     X,
     Y,
+    along_a_line,
     correct,
+    first_estimate,
     height_step,
+    near_a_line,
     normalized_lead,
     position_variances,
     propagate,
     turned_about,
     updated_sigma,
 )
-from drake_tracker.estimation.parts.turn_start import START_POINTS, Row, along_a_line, first_estimate, near_a_line
 
 OUTLIER_DISTANCE = 0.005
 """A point is an outlier when it is farther from its expected position than this [m] plus six standard deviations."""

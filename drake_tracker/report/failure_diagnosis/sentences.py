@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.report.failure_diagnosis.normal import NORMAL_ATTEMPT
-from drake_tracker.report.failure_diagnosis.stages import MEANINGS, WORDS, Stage
+from drake_tracker.report.failure_diagnosis.stages import MEANINGS, NORMAL_ATTEMPT, WORDS, Stage
 from drake_tracker.tasks.tracks import tell_reasons
 from drake_tracker.tasks.train.closing import clearance
 from drake_tracker.tasks.train.setup import TrainSetup

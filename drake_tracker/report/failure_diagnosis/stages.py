@@ -2,6 +2,11 @@
 
 from enum import IntEnum
 
+NORMAL_ATTEMPT = (0.010, 0.0002, 0.0001, 0.007, 0.0001, 0.006, 0.001)
+"""Length of the contribution [m] to the offset when the jaws close."""
+NORMAL_TRACKING = (0.016, 0.0002, 0.0001, 0.014, 0.0001, 0.008, 0.0001)
+"""68th percentile of the lengths [m] while tracking."""
+
 
 class Stage(IntEnum):
     """Rows of an array of contributions."""

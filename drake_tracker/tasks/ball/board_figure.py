@@ -1,6 +1,6 @@
 """The picture of how the board was found: by the camera in the first image, and by touch."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
+from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
 
 ZOOM = 15
@@ -97,3 +99,53 @@ def _pose_words(setup: BallSetup, summary: Mapping[str, Any]) -> str:
 def _on_face(xy: ArrayLike) -> np.ndarray:
     """Returns points on the face of the board in B [m], shape (n, 3), from their (x, y)_B, shape (n, 2)."""
     return np.column_stack([xy, np.zeros(len(np.asarray(xy)))])
+
+
+def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path: Path) -> None:
+    """Draws the intermediate images of a detector at one instant, like figure 4 of Nashman and Chaconas 1990.
+
+    Args:
+        images: the images.
+        titles: titles of the two images and of the mask.
+        path: PNG file to write.
+    """
+    columns = tuple(zip("abc", titles, (images.reference, images.smoothed, images.motion_energy)))
+    height, width = images.smoothed.shape
+    moving = np.argwhere(images.motion_energy)
+    box = None
+    if len(moving):
+        v, u = np.median(moving, axis=0)
+        half = 0.09 * max(width, height)
+        box = (np.clip(u, half, width - half), np.clip(v, half, height - half), half)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(15, 5.0 * height / width + 0.6), facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        for ax, (letter, title, image) in zip(figure.subplots(1, 3), columns):
+            look = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
+            ax.imshow(image, **look)
+            ax.set(xticks=[], yticks=[])
+            ax.spines[:].set_visible(False)
+            ax.set_title(f"{letter}   {title}")
+            if box is not None:
+                _enlarge(ax, image, box, look)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=200)
+
+
+def _enlarge(ax: Axes, image: np.ndarray, box: tuple[float, float, float], look: dict[str, Any]) -> None:
+    """Marks a square part of an image and shows it enlarged in the opposite corner.
+
+    Args:
+        ax: axes with the image.
+        image: the image.
+        box: centre and half the side of the part (u, v, half) [px].
+        look: keywords of ``imshow``.
+    """
+    u, v, half = box
+    height, width = image.shape
+    ax.add_patch(Rectangle((u - half, v - half), 2 * half, 2 * half, fc="none", ec="#e69f00", lw=1.4))
+    corner = (0.63 if u < 0.5 * width else 0.02, 0.63 if v > 0.5 * height else 0.02)
+    part = ax.inset_axes((*corner, 0.35, 0.35))
+    part.imshow(image, **look)
+    part.set(xlim=(u - half, u + half), ylim=(v + half, v - half), xticks=[], yticks=[])
+    part.spines[:].set(visible=True, color="#e69f00", lw=1.4)

@@ -117,7 +117,7 @@ def ball_snapshot(detector: Any) -> Snapshot:
 
     def draw(images: dict[str, Any], path: Path) -> None:
         if isinstance(images[SIDE], DifferenceImages):
-            from drake_tracker.tasks.ball.difference_figure import draw_difference_images  # Matplotlib is slow to load
+            from drake_tracker.tasks.ball.board_figure import draw_difference_images  # Matplotlib is slow to load
 
             draw_difference_images(images[SIDE], titles, path)
         else:

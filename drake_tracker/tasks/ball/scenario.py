@@ -19,7 +19,7 @@ from drake_tracker.estimation.config import Slope
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
-from drake_tracker.link.kinds import LINKS
+from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
 from drake_tracker.vision.centroid.detectors import DETECTORS

@@ -18,7 +18,7 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.dispatch.candidate import Cell
 from drake_tracker.dispatch.cycle_time import CycleModel
-from drake_tracker.dispatch.kinds import make_dispatcher
+from drake_tracker.dispatch.dispatcher import make_dispatcher
 from drake_tracker.dispatch.order_tracker import OrderClerk
 from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
 from drake_tracker.estimation.belt import BeltEstimator
@@ -31,9 +31,9 @@ from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.scenario import Measured
 from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup, resolve
 from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.conveyor_plant import TABLE_BELOW
 from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
-from drake_tracker.world.conveyor.tray import cell_centres
 from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.train.plant import table_box
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
 from drake_tracker.core.files.atomic_file import replacing
-from drake_tracker.core.part_outline import placed_outline
+from drake_tracker.core.part_kinds import placed_outline
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import PartHistory, part_histories
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
@@ -20,8 +20,8 @@ from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.plots import draw_phases, name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, phase_colour
 from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
-from drake_tracker.world.conveyor.tray import cell_centres
 
 DROPPED, ON_BELT = "#cc79a7", "#8a9099"
 FATE_COLOURS = {

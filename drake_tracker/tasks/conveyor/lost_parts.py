@@ -16,8 +16,8 @@ from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
-from drake_tracker.world.conveyor.tray import cell_centres
 
 IDENTITY_LOST = 0.5
 """Time without an estimate from which the identity of a part counts as lost, while it is in the picking window [s]."""

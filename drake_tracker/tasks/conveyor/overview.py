@@ -14,11 +14,10 @@ from drake_tracker.core.messages import (
     ToolStatus,
     message_rows,
 )
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import part_outline
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, part_outline
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.tasks.overview import Overview
-from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.tasks.strips import Overview
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 
 _STATE_SIZE = 13
 _BEYOND = 0.06

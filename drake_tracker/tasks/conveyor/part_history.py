@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, packet_target
-from drake_tracker.core.part_kinds import PART_SHAPES
-from drake_tracker.core.part_outline import placed_outline
+from drake_tracker.core.part_kinds import PART_SHAPES, placed_outline
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
-from drake_tracker.world.conveyor.tray import cell_centres
 
 PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)
 """Phases in which the hand tries to take a part."""

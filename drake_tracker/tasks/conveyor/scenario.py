@@ -9,13 +9,13 @@ from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.dispatch.config import CycleTime, Eligibility, LookAhead, PickWindow
-from drake_tracker.dispatch.kinds import DISPATCHERS
+from drake_tracker.dispatch.dispatcher import DISPATCHERS
 from drake_tracker.estimation.config import Belt
 from drake_tracker.faults.config import EncoderJump, EncoderStopped, HandOverBelt, ImageFaultConfig
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import PickConfig
 from drake_tracker.link.config import Perfect
-from drake_tracker.link.kinds import LINKS
+from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import BeltParts, MeasuredParts
 from drake_tracker.world.config import CamerasConfig, LightingConfig, WristCamera

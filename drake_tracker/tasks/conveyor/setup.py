@@ -22,7 +22,7 @@ from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Re
 from drake_tracker.vision.parts.part_vision_diagram import belt_window
 from drake_tracker.world.conveyor.arrivals import Arrival, draw_arrivals
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
-from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.imaging.cameras import ImageWindow, renderable_window
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
 

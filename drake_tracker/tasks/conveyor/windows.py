@@ -9,7 +9,7 @@ from drake_tracker.dispatch.offline_optimum import offline_optimum
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.world.conveyor.arrivals import Arrival
 from drake_tracker.world.conveyor.belt_motion import BeltMotion, make_belt_motion
-from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 
 
 def window_times(setup: ConveyorSetup, arrival: Arrival, motion: BeltMotion) -> tuple[float, float]:

@@ -10,8 +10,7 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import misplaced, place_other_track
 from drake_tracker.world.config import NoEvent, TrackConfig
 from drake_tracker.world.scene_object import Ride, SceneObject
-from drake_tracker.world.train.object_kinds import OBJECTS
-from drake_tracker.world.train.objects_config import Ball, Train
+from drake_tracker.world.train.objects_config import OBJECTS, Ball, Train
 from drake_tracker.world.train.plant import TABLE_TOP
 from drake_tracker.world.train.rail import END_MARGIN, TRAIN_LENGTH
 from drake_tracker.world.train.tracks import Track

@@ -15,7 +15,7 @@ from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE
 from drake_tracker.link.config import Perfect
-from drake_tracker.link.kinds import LINKS
+from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
 from drake_tracker.vision.config import NormalFlow, Several, Single
@@ -31,8 +31,7 @@ from drake_tracker.world.config import (
     TrainConfig,
     WristCamera,
 )
-from drake_tracker.world.train.object_kinds import OBJECTS
-from drake_tracker.world.train.objects_config import Train
+from drake_tracker.world.train.objects_config import OBJECTS, Train
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 """Lowest and highest corner of the default work volume in W [m]."""

@@ -27,8 +27,8 @@ from drake_tracker.vision.centroid.detectors import make_detector
 from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.config import Several
+from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.hand_markers import MarkerSearch
-from drake_tracker.vision.hand.hand_view import HandView
 from drake_tracker.vision.hand.wrist_view import WristView
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts
 from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram

@@ -13,7 +13,7 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.centroid.plane_projection import EveryPoint, LastPoint, PointFilter, project_to_plane
-from drake_tracker.vision.localiser_system import connect_centroids
+from drake_tracker.vision.triangulator_system import connect_centroids
 
 
 @dataclass(frozen=True, eq=False)

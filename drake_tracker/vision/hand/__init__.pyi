@@ -1,9 +1,9 @@
 from .arm_silhouette import ArmSilhouette as ArmSilhouette
+from .arm_silhouette import HandView as HandView
 from .arm_silhouette_system import ArmSilhouetteSystem as ArmSilhouetteSystem
 from .hand_markers import HandMarkerFinder as HandMarkerFinder
 from .hand_markers import MarkerSearch as MarkerSearch
 from .hand_markers_system import HandMarkersSystem as HandMarkersSystem
-from .hand_view import HandView as HandView
 from .wrist_messages import fuse as fuse
 from .wrist_view import WristMeasurement as WristMeasurement
 from .wrist_view import WristReason as WristReason

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from drake_tracker.core.timing import WRIST_SLOT, vision_slot
-from drake_tracker.vision.hand.hand_view import HandView
+from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.wrist_view import WristView
 from drake_tracker.vision.hand.wrist_view_system import WristViewSystem
 

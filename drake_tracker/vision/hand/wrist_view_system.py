@@ -19,7 +19,7 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, WRIST_SLOT, capture_time, vision_slot
-from drake_tracker.vision.hand.hand_view import HandView
+from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.wrist_measurement import Expectation, FixedPoint, WristMeasurement, WristReason, nothing
 from drake_tracker.vision.hand.wrist_messages import expectation, fixed_point, fused, pack_wrist, track_row
 from drake_tracker.vision.hand.wrist_template import WristTemplate

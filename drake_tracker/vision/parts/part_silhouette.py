@@ -14,8 +14,7 @@ import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.frozen_state import read_only
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import part_outline, solids
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, part_outline, solids
 
 FINE = 4
 """Subdivisions of a pixel along u and along v with which a silhouette is drawn."""

@@ -6,6 +6,7 @@ from .object_shape import ObjectShape as ObjectShape
 from .regions import Region as Region
 from .regions import make_regions as make_regions
 from .silhouettes import find_silhouettes as find_silhouettes
+from .target import TARGETS as TARGETS
 from .target import Reason as Reason
 from .target import TargetRule as TargetRule
 from .target import choose_target as choose_target
@@ -16,7 +17,6 @@ from .target_config import Inside as Inside
 from .target_config import Largest as Largest
 from .target_config import Nearest as Nearest
 from .target_config import Selected as Selected
-from .target_kinds import TARGETS as TARGETS
 from .track_3d import Measurement as Measurement
 from .track_3d import Track3D as Track3D
 from .track_3d import TrackState as TrackState

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.silhouettes.foreground import Foreground
-from drake_tracker.vision.silhouettes.silhouette_heading import polygon_slant
+from drake_tracker.vision.silhouettes.object_shape import polygon_slant
 from drake_tracker.vision.silhouettes.silhouettes import FRAGMENT_PIXELS, ImageSilhouettes
 from drake_tracker.vision.silhouettes.split_silhouettes import Part, divide
 

@@ -7,6 +7,8 @@ from .belt_system import add_belt_drive as add_belt_drive
 from .conveyor_config import ArrivalsConfig as ArrivalsConfig
 from .conveyor_config import BeltConfig as BeltConfig
 from .conveyor_config import TrayConfig as TrayConfig
+from .conveyor_config import cell_at as cell_at
+from .conveyor_config import cell_centres as cell_centres
 from .conveyor_plant import ConveyorLaboratory as ConveyorLaboratory
 from .conveyor_plant import add_conveyor_laboratory as add_conveyor_laboratory
 from .conveyor_world_diagram import ConveyorWorldDiagram as ConveyorWorldDiagram
@@ -14,5 +16,3 @@ from .part_model import add_part as add_part
 from .pick_judge_system import PickJudgeSystem as PickJudgeSystem
 from .pick_judge_system import add_pick_judge as add_pick_judge
 from .sleeping_parts import SleepingParts as SleepingParts
-from .tray import cell_at as cell_at
-from .tray import cell_centres as cell_centres

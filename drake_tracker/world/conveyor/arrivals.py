@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import placed_outline, touching_distance
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, placed_outline, touching_distance
 from drake_tracker.world.conveyor.belt_motion import BeltMotion
 from drake_tracker.world.conveyor.conveyor_config import ARRIVAL_PATTERNS, ArrivalsConfig, BeltConfig
 

@@ -18,14 +18,12 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import MovingBody
 from drake_tracker.world.conveyor.arrivals import Arrival
 from drake_tracker.world.conveyor.belt_motion import BeltMotion
-from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
+from drake_tracker.world.conveyor.conveyor_config import SIDES, BeltConfig, TrayConfig, cell_centres
 from drake_tracker.world.conveyor.part_model import FRICTION, LYING, add_part, lying_height, rest_height
-from drake_tracker.world.conveyor.tray import SIDES, cell_centres
 from drake_tracker.world.painted_mesh import memory_mesh
 from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
 from drake_tracker.world.train.plant import add_plant, add_table
-from drake_tracker.world.visual_mesh import add_visual_mesh, merge, prism, rectangle
-from drake_tracker.world.wavefront_obj import obj_text
+from drake_tracker.world.visual_mesh import add_visual_mesh, merge, obj_text, prism, rectangle
 
 SLAB_THICKNESS = 0.02
 """Thickness of the belt [m]."""

@@ -22,9 +22,8 @@ from drake_tracker.world.imaging.camera_system import close_cameras, start_camer
 from drake_tracker.world.imaging.cameras import ImageWindow, true_camera_models
 from drake_tracker.world.imaging.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline
-from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_states
-from drake_tracker.world.robot_ports_diagram import export_robot_ports
+from drake_tracker.world.robot_ports_diagram import add_jaw_sensor, export_robot_ports
 
 
 class ConveyorWorldDiagram(Diagram):

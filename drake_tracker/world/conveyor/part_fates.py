@@ -6,8 +6,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
-from drake_tracker.world.conveyor.tray import cell_at
+from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig, cell_at
 
 
 class PartFate(IntEnum):

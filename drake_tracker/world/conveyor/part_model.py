@@ -11,8 +11,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
 
 from drake_tracker.core.colour import rgb
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import part_outline, solids
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, part_outline, solids
 from drake_tracker.world.visual_mesh import add_visual_mesh, disc, merge, prism, rectangle
 
 FRICTION = 0.8

@@ -1,13 +1,13 @@
 from .driven_objects import DrivenObject as DrivenObject
+from .driven_objects import OtherTrain as OtherTrain
 from .driven_objects import RollingBall as RollingBall
 from .driven_objects import WavingHand as WavingHand
 from .grasp_judge_system import GraspJudgeSystem as GraspJudgeSystem
 from .grasp_judge_system import add_grasp_judge as add_grasp_judge
-from .object_kinds import OBJECTS as OBJECTS
+from .objects_config import OBJECTS as OBJECTS
 from .objects_config import Ball as Ball
 from .objects_config import Hand as Hand
 from .objects_config import Train as Train
-from .other_train import OtherTrain as OtherTrain
 from .plant import Laboratory as Laboratory
 from .plant import add_laboratory as add_laboratory
 from .plant import add_table as add_table

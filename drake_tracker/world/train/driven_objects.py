@@ -5,6 +5,7 @@ or a train moves it away against the force of the drive, and it comes back.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,11 @@ from pydrake.multibody.tree import RigidBody, SpatialInertia
 
 from drake_tracker.core.colour import rgb
 from drake_tracker.world.prismatic_actuator import add_prismatic_actuator
-from drake_tracker.world.train.objects_config import Ball, Hand
+from drake_tracker.world.scene_object import Ride
+from drake_tracker.world.train.objects_config import Ball, Hand, Train
+from drake_tracker.world.train.plant import train_pose
+from drake_tracker.world.train.track_visual import add_track_visual
+from drake_tracker.world.train.train_model import add_train
 from drake_tracker.world.visual_mesh import FlatMesh, add_visual_mesh, merge, prism, rectangle
 
 CLEARANCE = 0.001
@@ -150,3 +155,35 @@ def hand_mesh() -> FlatMesh:
     for across, length in ((-0.0325, 0.055), (-0.011, 0.07), (0.0105, 0.075), (0.032, 0.068)):
         parts.append(prism(rectangle((-0.075 + 0.5 * length, across), length, 0.018), -0.65 * half, 0.65 * half))
     return merge(parts)
+
+
+@dataclass(frozen=True)
+class OtherTrain:
+    """`Train`: a free body that its own `RailSystem` guides and drives. It can collide with everything.
+
+    Attributes:
+        settings: its appearance, and whether it has its own track, whose rails it then adds.
+        number: its place in the list of objects.
+        motion: its track, its start and its speed.
+        table_height: height of the table's top in W [m].
+    """
+
+    settings: Train
+    number: int
+    motion: Ride
+    table_height: float
+
+    @property
+    def name(self) -> str:
+        return f"train_{self.number}"
+
+    def add_body(self, plant: MultibodyPlant, scene_graph: SceneGraph) -> RigidBody:
+        look, ride = self.settings, self.motion
+        train = add_train(
+            plant, body=look.body, scale=ride.scale, colour=look.colour, name=self.name, scene_graph=scene_graph
+        )
+        if look.track is not None:
+            add_track_visual(plant, track=ride.track, table_height=self.table_height, name=f"{self.name}_track")
+        body = plant.GetBodyByName("train", train)
+        plant.SetDefaultFloatingBaseBodyPose(body, train_pose(ride.track, ride.start, self.table_height))
+        return body

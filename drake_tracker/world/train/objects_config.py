@@ -1,9 +1,14 @@
 """Settings of the further moving objects of the train's laboratory. The name of a class is its YAML tag."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from drake_tracker.core.registry import Registry
 from drake_tracker.core.setting import setting
 from drake_tracker.world.config import TRAIN_BODIES, TRAIN_SCALES, TrackConfig
+
+if TYPE_CHECKING:
+    from drake_tracker.world.scene_object import SceneObject
 
 
 @dataclass(frozen=True)
@@ -62,3 +67,14 @@ class Hand:
     duration: float | None = setting(
         5.0, "time until it has left; null: it stays to the end of the run", "s", (0.5, 36000.0), key="for"
     )
+
+
+OBJECTS: "Registry[SceneObject]" = Registry(
+    "object",
+    {
+        Train: "drake_tracker.world.train.driven_objects:OtherTrain",
+        Ball: "drake_tracker.world.train.driven_objects:RollingBall",
+        Hand: "drake_tracker.world.train.driven_objects:WavingHand",
+    },
+)
+"""Every kind of object by its settings; the one place where a kind of object is registered."""

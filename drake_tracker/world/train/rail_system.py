@@ -19,8 +19,14 @@ from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.config import NoEvent
 from drake_tracker.world.train.rail import rail_force
-from drake_tracker.world.train.speed_event import SpeedEvent, check_event, speed_factor, waits_for_launch
-from drake_tracker.world.train.speed_law import check_speed_law, speed_at
+from drake_tracker.world.train.speed_law import (
+    SpeedEvent,
+    check_event,
+    check_speed_law,
+    speed_at,
+    speed_factor,
+    waits_for_launch,
+)
 from drake_tracker.world.train.tracks import Track
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.text_file import read_text
+from drake_tracker.core.files.regular_file import read_text
 
 LARGEST = 4 * 1024 * 1024
 """Greatest size of a file [bytes], about 200,000 points."""

@@ -16,15 +16,14 @@ from drake_tracker.world.imaging.camera_system import close_cameras, start_camer
 from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.imaging.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline
-from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.prismatic_actuator import add_moving_body
-from drake_tracker.world.robot_ports_diagram import export_robot_ports
+from drake_tracker.world.robot_ports_diagram import add_jaw_sensor, export_robot_ports
 from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.train.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.train.rail_system import add_rail
-from drake_tracker.world.train.speed_event import SpeedEvent
+from drake_tracker.world.train.speed_law import SpeedEvent
 from drake_tracker.world.train.track_visual import add_track_visual
 from drake_tracker.world.train.tracks import Track
 

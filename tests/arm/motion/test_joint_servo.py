@@ -8,8 +8,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters, step_joints
-from drake_tracker.arm.motion.joint_servo import add_joint_feedforward, add_set_point_spline
-from drake_tracker.arm.motion.set_point_spline_system import SPLINE_DELAY
+from drake_tracker.arm.motion.set_point_spline_system import SPLINE_DELAY, add_joint_feedforward, add_set_point_spline
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 

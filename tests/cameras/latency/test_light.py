@@ -5,9 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from drake_tracker.cameras.latency.light import read_switches, write_switches
+from drake_tracker.cameras.latency.light import LONGEST, SHORTEST, SwitchedLight, read_switches, write_switches
 from drake_tracker.cameras.latency.measurement import measure_by_light
-from drake_tracker.cameras.latency.switched_light import LONGEST, SHORTEST, SwitchedLight
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from drake_tracker.core.files.text_file import is_file, printable, read_text
+from drake_tracker.core.files.regular_file import is_file, printable, read_text
 
 
 def test_a_file_is_read_up_to_a_size(tmp_path):

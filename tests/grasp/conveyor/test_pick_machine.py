@@ -34,7 +34,7 @@ from drake_tracker.grasp.conveyor.pick_schema import PICK_TRANSITIONS, PickPhase
 from drake_tracker.grasp.conveyor.pick_state import PickObservation
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED
-from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.operator_override import OperatorMode
 
 CONFIG = PickConfig()
 WIDTH, OPENING, FORCE = PART_SHAPES[PartKind.BOX].width, CONFIG.jaw_opening, CONFIG.grip_force

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from ball_log import BallRun, nothing_logged
 
-from drake_tracker.tasks.ball.board_figure import draw_board_found
-from drake_tracker.tasks.ball.difference_figure import draw_difference_images
+from drake_tracker.tasks.ball.board_figure import draw_board_found, draw_difference_images
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
 from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.ball.summary import summarise_ball

@@ -12,7 +12,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.live.overview_system import SAMPLE_PERIOD, add_overview
 from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
-from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 
 
 def test_the_page_gets_what_stands_still_and_what_changes():

@@ -8,7 +8,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured
 from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.registry import task_of
-from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.conveyor.conveyor_config import cell_centres
 
 
 @pytest.mark.parametrize(

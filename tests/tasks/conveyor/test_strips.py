@@ -24,7 +24,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.live.strips_system import add_strips
-from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS, conveyor_strip_values
+from drake_tracker.tasks.conveyor.filming import CONVEYOR_STRIPS, conveyor_strip_values
 from drake_tracker.tasks.strips import StripInputs
 
 NOW, SPEED = 5.0, 0.15

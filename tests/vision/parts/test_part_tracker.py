@@ -18,9 +18,9 @@ from drawn_belt import (
 
 from drake_tracker.core.messages import PART_FIELDS, REGION_FIELDS, TRACK_FIELDS, PartTracks, message_rows
 from drake_tracker.core.part_kinds import PartKind
-from drake_tracker.vision.parts.part_messages import pack_part_regions, pack_part_tracks, pack_parts, reported
 from drake_tracker.vision.parts.part_tracker import PartTrackerState
 from drake_tracker.vision.parts.part_vision_diagram import belt_window
+from drake_tracker.vision.parts.part_vision_system import pack_part_regions, pack_part_tracks, pack_parts, reported
 
 PERIOD, SPEED = 1.0 / 60.0, 0.15
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from cuboids import CAMERAS, Cuboid, oval
 
-from drake_tracker.vision.silhouettes.object_shape import ObjectShape, outline_area
-from drake_tracker.vision.silhouettes.silhouette_heading import polygon_slant
+from drake_tracker.vision.silhouettes.object_shape import ObjectShape, outline_area, polygon_slant
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
 
 TRAIN = (0.11, 0.04, 0.05)

@@ -3,12 +3,8 @@ import numpy as np
 import pytest
 from cuboids import CAMERAS, TRAIN, Cuboid
 
+from drake_tracker.vision.silhouettes.object_shape import outline_slant, polygon_slant, silhouette_heading
 from drake_tracker.vision.silhouettes.outline_fit import box_outline
-from drake_tracker.vision.silhouettes.silhouette_heading import (
-    outline_slant,
-    polygon_slant,
-    silhouette_heading,
-)
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
 
 PLACES = [(0.56, 0.0, 0.485), (0.4, 0.2, 0.485), (0.7, -0.2, 0.485)]

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import DrakeTrackerError
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import part_outline, placed_outline, touching_distance
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, part_outline, placed_outline, touching_distance
 from drake_tracker.world.conveyor.arrivals import PART_COLOURS, draw_arrivals
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor.conveyor_config import ARRIVAL_PATTERNS, BELT_MOTIONS, ArrivalsConfig, BeltConfig

@@ -7,16 +7,14 @@ from conveyor_world import HEIGHT, KINDS, OVER_BELT, World, arrival
 
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.messages import EncoderReading, JawState
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.core.part_outline import part_outline
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind, part_outline
 from drake_tracker.faults.config import EncoderJump, EncoderStopped, HandOverBelt
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.conveyor.belt_system import ENCODER_STEP
-from drake_tracker.world.conveyor.conveyor_config import BELT_MOTIONS, BeltConfig, TrayConfig
+from drake_tracker.world.conveyor.conveyor_config import BELT_MOTIONS, BeltConfig, TrayConfig, cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
 from drake_tracker.world.conveyor.part_model import feet, lying_height, part_inertia, rest_height
-from drake_tracker.world.conveyor.tray import cell_centres
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 
 

@@ -2,9 +2,8 @@ from dataclasses import replace
 
 import pytest
 
-from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
+from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig, cell_at, cell_centres
 from drake_tracker.world.conveyor.part_fates import REST_TIME, PartFate, PartView, held_parts, next_fate
-from drake_tracker.world.conveyor.tray import cell_at, cell_centres
 
 BELT, TRAY = BeltConfig(), TrayConfig()
 BOTH, LEFT, RIGHT = frozenset((0, 1)), frozenset((0,)), frozenset((1,))

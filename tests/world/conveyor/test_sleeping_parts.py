@@ -7,11 +7,10 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.loader import load_scenario
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
-from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig
+from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig, cell_centres
 from drake_tracker.world.conveyor.part_fates import PartFate
 from drake_tracker.world.conveyor.part_model import rest_height
 from drake_tracker.world.conveyor.sleeping_parts import BEFORE_ENTRY, BEYOND_END, LIFT, free_stretch
-from drake_tracker.world.conveyor.tray import cell_centres
 from drake_tracker.world.imaging.cameras import true_camera_models
 
 BELT = BeltConfig(speed=0.4)

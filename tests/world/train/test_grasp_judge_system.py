@@ -19,7 +19,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
-from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
+from drake_tracker.world.robot_ports_diagram import add_jaw_sensor
 from drake_tracker.world.train.grasp_judge_system import HELD, LIFTED, OFF_TRACK, GraspJudgeSystem, add_grasp_judge
 from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_laboratory
 from drake_tracker.world.train.rail_system import add_rail

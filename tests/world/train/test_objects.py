@@ -14,8 +14,7 @@ from drake_tracker.tasks.train.diagram import make_world
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.train.driven_objects import PARKED, REACHING, RollingBall, WavingHand
-from drake_tracker.world.train.object_kinds import OBJECTS
-from drake_tracker.world.train.objects_config import Ball, Hand, Train
+from drake_tracker.world.train.objects_config import OBJECTS, Ball, Hand, Train
 from drake_tracker.world.train.plant import TRAIN_HEIGHT
 from drake_tracker.world.train.rail import TRAIN_LENGTH
 

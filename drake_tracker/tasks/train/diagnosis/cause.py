@@ -5,8 +5,12 @@ from collections.abc import Sequence
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan
 from drake_tracker.tasks.train.diagnosis.trouble import Cause, Trouble
-from drake_tracker.tasks.train.diagnosis.trouble_hand import arm_troubles, gripper_troubles, operator_troubles
-from drake_tracker.tasks.train.diagnosis.trouble_motion import motion_troubles
+from drake_tracker.tasks.train.diagnosis.trouble_motion import (
+    arm_troubles,
+    gripper_troubles,
+    motion_troubles,
+    operator_troubles,
+)
 from drake_tracker.tasks.train.diagnosis.trouble_signals import (
     host_troubles,
     link_troubles,
