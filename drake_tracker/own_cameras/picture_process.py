@@ -3,13 +3,14 @@
 import pickle
 from collections.abc import Mapping
 from contextlib import suppress
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drake_tracker.core.errors import MachineError
-from drake_tracker.core.processes.child_process import ChildProcess
+from drake_tracker.core.processes.child_process import DONE, ChildProcess, run_child
 
 
 class PictureProcess:
@@ -20,7 +21,7 @@ class PictureProcess:
         self._process: ChildProcess | None = None
         with suppress(MachineError):
             self._process = ChildProcess(
-                "drake_tracker.own_cameras.picture_worker", name="picture process", instead="the table is complete"
+                "drake_tracker.own_cameras.picture_process", name="picture process", instead="the table is complete"
             )
 
     def draw(self, data: Mapping[str, np.ndarray], path: Path, **options: Any) -> None:
@@ -46,3 +47,20 @@ class PictureProcess:
         """Ends the process."""
         if self._process is not None:
             self._process.close()
+
+
+def serve(connection: Connection) -> None:
+    """Draws one picture, as the program of the other process.
+
+    Args:
+        connection: receives the pickled (data, path, options) of `draw_track_picture`.
+    """
+    from drake_tracker.own_cameras.picture import draw_track_picture
+
+    data, path, options = pickle.loads(connection.recv_bytes())
+    draw_track_picture(data, path, **options)
+    connection.send_bytes(DONE)
+
+
+if __name__ == "__main__":
+    run_child(serve)

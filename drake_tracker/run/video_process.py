@@ -4,18 +4,20 @@ import pickle
 import queue
 import threading
 from collections.abc import Mapping
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from drake_tracker.core.errors import MachineError
-from drake_tracker.core.processes.child_process import ChildProcess
+from drake_tracker.core.processes.child_process import DONE, ChildProcess, run_child
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
-from drake_tracker.run.video_worker import END
 
 INSTEAD = "without it: render_processes 0"
 """What the user can do when the process does not work."""
 _MOST_WAITING = 60
 """Frames that may wait for the process; when there are more, the simulation waits, too."""
-_PROGRAM = "drake_tracker.run.video_worker"
+_PROGRAM = "drake_tracker.run.video_process"
+END = b""
+"""Message after the last frame; the answer says that the file is complete."""
 
 
 class VideoProcess:
@@ -99,3 +101,24 @@ def _send(process: ChildProcess, waiting: "queue.Queue[bytes]", errors: list[Exc
                 process.wait()
         except Exception as error:
             errors.append(error)
+
+
+def serve(connection: Connection) -> None:
+    """Writes a video until the connection ends, as the program of the other process.
+
+    Args:
+        connection: first receives the pickled (path, `VideoPage`), then pickled arguments of `VideoPage.draw`.
+    """
+    from drake_tracker.run.drawn_video import DrawnVideo  # slow to load
+
+    video = DrawnVideo(*pickle.loads(connection.recv_bytes()))
+    try:
+        while (message := connection.recv_bytes()) != END:
+            video.write(*pickle.loads(message))
+    finally:
+        video.close()
+    connection.send_bytes(DONE)
+
+
+if __name__ == "__main__":
+    run_child(serve)

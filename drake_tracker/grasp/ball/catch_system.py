@@ -1,8 +1,24 @@
 """The catch machine as a System."""
 
-from drake_tracker.core.messages import ArmCommand, CatchDiagnosis, Prediction, ServoTarget, ToolStatus, message_size
-from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_tracker.core.messages import (
+    ArmCommand,
+    CatchDiagnosis,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    TouchReport,
+    message_size,
+)
+from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 from drake_tracker.grasp.ball.catch_machine import CatchMachine, CatchObservation, CatchState
+from drake_tracker.grasp.ball.touch_machine import TouchMachine
+from drake_tracker.grasp.ball.touch_schema import TouchState
 from drake_tracker.grasp.machine_system import MachineSystem
 
 
@@ -56,3 +72,79 @@ class CatchSystem(MachineSystem):
             "ready": (1, lambda state: [float(machine.is_ready(state))]),
         }
         super().__init__(machine, CatchObservation, inputs, outputs, time_step, period)
+
+
+class TouchSystem(LeafSystem):
+    """Touches three marks on the board one after the other, and reports where they are.
+
+    .. pydrake_system::
+
+        name: TouchSystem
+        input_ports:
+        - status
+        - arm_state
+        - arm_effort
+        - desired_acceleration
+        output_ports:
+        - target
+        - command
+        - report
+
+    - ``status``: a `ToolStatus`; it is always valid.
+    - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
+    - ``arm_effort``: torques that the joint servos apply, n values [N m].
+    - ``desired_acceleration``: commanded joint accelerations, n values [rad/s^2].
+    - ``target``: a `ServoTarget` that stands still over the mark; it is always valid.
+    - ``command``: an `ArmCommand`.
+    - ``report``: a `TouchReport`. The positions of marks that are not touched yet are zero.
+
+    All outputs are state, updated every period in the slot of the grasp machine, whose place this System takes; only
+    the times in ``target`` also depend on the time.
+
+    Args:
+        machine: the arithmetic.
+        time_step: the plant's step [s], of which the slot is a fraction.
+        period: period of the set-points [s].
+    """
+
+    def __init__(self, machine: TouchMachine, time_step: float = TIME_STEP, period: float = SERVO_PERIOD) -> None:
+        super().__init__()
+        self._machine = machine
+        n = self._n = machine.model.num_joints
+        self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
+        self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * n)
+        self._effort = self.DeclareVectorInputPort("arm_effort", n)
+        self._acceleration = self.DeclareVectorInputPort("desired_acceleration", n)
+        self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
+        from_state = {self.abstract_state_ticket(self._state)}
+        self.DeclareVectorOutputPort(
+            "target", message_size(ServoTarget), self._calc_target, from_state | {self.time_ticket()}
+        )
+        self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc_command, from_state)
+        self.DeclareVectorOutputPort("report", message_size(TouchReport), self._calc_report, from_state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
+
+    def _update(self, context: Context, state: State) -> None:
+        q, v = np.split(np.array(self._arm_state.Eval(context)), [self._n])
+        new = self._machine.update(
+            self._value(context),
+            context.get_time(),
+            ToolStatus(self._status.Eval(context)),
+            q,
+            v,
+            self._acceleration.Eval(context),
+            self._effort.Eval(context),
+        )
+        state.get_mutable_abstract_state(int(self._state)).set_value(new)
+
+    def _calc_target(self, context: Context, output: Any) -> None:
+        output.SetFromVector(self._machine.target(self._value(context), context.get_time()))
+
+    def _calc_command(self, context: Context, output: Any) -> None:
+        output.SetFromVector(self._machine.command(self._value(context)))
+
+    def _calc_report(self, context: Context, output: Any) -> None:
+        output.SetFromVector(self._machine.report(self._value(context)))
+
+    def _value(self, context: Context) -> TouchState:
+        return context.get_abstract_state(int(self._state)).get_value()

@@ -8,8 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.motion.tool_controller import add_tool_controller
 from drake_tracker.arm.motion.tool_motion import ToolMotion
+from drake_tracker.grasp.ball.catch_system import TouchSystem
 from drake_tracker.grasp.ball.touch_machine import TouchMachine
-from drake_tracker.grasp.ball.touch_system import TouchSystem
 from drake_tracker.grasp.config import TouchConfig
 
 

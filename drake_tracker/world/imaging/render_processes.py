@@ -3,17 +3,18 @@
 import mmap
 import os
 import pickle
+import struct
 import tempfile
 import weakref
 from collections import deque
 from collections.abc import Sequence
+from multiprocessing.connection import Connection
 
 import numpy as np
 
 from drake_tracker.core.errors import MachineError
-from drake_tracker.core.processes.child_process import ChildProcess
-from drake_tracker.world.imaging.render_worker import REQUEST
-from drake_tracker.world.imaging.scene_copy import CameraCopy, SceneCopy
+from drake_tracker.core.processes.child_process import DONE, ChildProcess, run_child
+from drake_tracker.world.imaging.scene_copy import CameraCopy, SceneCopy, SceneRenderer
 
 INSTEAD = "without them: render_processes 0"
 """What the user can do when the processes do not work."""
@@ -21,7 +22,9 @@ INSTEAD = "without them: render_processes 0"
 MOST_RUNNING = 4
 """Number of `RenderProcesses` of one program that run at the same time. When another one starts, the one that started
 first ends its processes: Drake does not always release a diagram that is no longer used."""
-_PROGRAM = "drake_tracker.world.imaging.render_worker"
+_PROGRAM = "drake_tracker.world.imaging.render_processes"
+REQUEST = struct.Struct("<iqd")
+"""Number of the camera, place of its image in the memory [bytes], time [s]; the poses follow as 64-bit floats."""
 
 Request = tuple[int, float, bytes]
 """(number of the camera, time [s], poses as bytes): everything that determines an image."""
@@ -176,3 +179,26 @@ def _shared_memory(size: int) -> tuple[mmap.mmap, int]:
     except OSError:
         os.close(descriptor)
         raise
+
+
+def serve(connection: Connection, memory_file: int) -> None:
+    """Answers requests until the connection ends, as the program of another process, which inherits the shared memory.
+
+    Args:
+        connection: first receives the pickled (`SceneCopy`, list of `CameraCopy`), then requests.
+        memory_file: descriptor of the memory that receives the images.
+    """
+    memory = mmap.mmap(memory_file, 0)
+    renderer = SceneRenderer(*pickle.loads(connection.recv_bytes()))
+    buffer = np.frombuffer(memory, np.uint8)
+    while True:
+        message = connection.recv_bytes()
+        camera, place, time = REQUEST.unpack_from(message)
+        poses = np.frombuffer(message, np.float64, offset=REQUEST.size).reshape(-1, 3, 4)
+        image = renderer.image(camera, time, poses)
+        buffer[place : place + image.size].reshape(image.shape)[:] = image
+        connection.send_bytes(DONE)
+
+
+if __name__ == "__main__":
+    run_child(serve)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.parts.rest_heading import (
+from drake_tracker.estimation.point_check import (
     FARTHEST,
     MOST_PLACES,
     NEAREST,
