@@ -5,8 +5,7 @@ from typing import Any
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_tracker.arm.config import HandKind
-from drake_tracker.arm.description import PROBE_FRAME, ArmDescription
-from drake_tracker.arm.kinds import make_arm
+from drake_tracker.arm.description import PROBE_FRAME, ArmDescription, make_arm
 from drake_tracker.arm.plant import actuators_of, add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.custom import make_custom

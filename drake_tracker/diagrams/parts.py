@@ -8,10 +8,9 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.estimation.check import check_estimator
-from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator import Estimator, make_estimator
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.estimation.kinds import make_estimator
 from drake_tracker.faults.fault import Fault, HostFault, LinkFault, faults_at
 from drake_tracker.link.link import Link
 from drake_tracker.link.link_system import LinkSystem, make_link
@@ -22,7 +21,7 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
     """Returns the estimator that settings describe.
 
     Args:
-        settings: settings of a kind in `drake_tracker.estimation.kinds`, or a `Custom`.
+        settings: settings of a kind in `drake_tracker.estimation.estimator`, or a `Custom`.
         where: where the settings were written, for messages.
         **context: what the kind needs in addition, such as ``period``, the time between two points [s].
 

@@ -1,12 +1,45 @@
-"""The interface of an estimator: measured points go in, a predicted path comes out.
+"""The interface of an estimator and the registry of its kinds: measured points go in, a predicted path comes out.
 
 An estimator is functional: it never changes itself or a state, and `Estimator.update` returns a new state. A run can
 therefore be resumed from any earlier state, and a Drake Context can be cloned at no cost.
 """
 
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
+
+from drake_tracker.core.registry import Registry
+from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, InclinedPlane
+
+ESTIMATORS: "Registry[Estimator[Any]]" = Registry(
+    "estimator",
+    {
+        ClosedPath: "drake_tracker.estimation.closed_path:ClosedPathEstimator",
+        CoordinatedTurn: "drake_tracker.estimation.coordinated_turn:CoordinatedTurnEstimator",
+        ArcLength: "drake_tracker.estimation.arc_length:ArcLengthEstimator",
+        AlphaBetaGamma: "drake_tracker.estimation.alpha_beta_gamma:AlphaBetaGammaEstimator",
+        InclinedPlane: "drake_tracker.estimation.inclined_plane:InclinedPlaneEstimator",
+    },
+)
+"""Every estimator of the package by its settings; the one place where an estimator is registered."""
+SURFACE_ESTIMATORS = (InclinedPlane,)
+"""Estimators that need the pose of a surface. All others predict any object on any path."""
+
+
+def make_estimator(kind: Any, **parameters: Any) -> "Estimator[Any]":
+    """Returns an estimator.
+
+    Args:
+        kind: the name of a kind, such as "closed_path", or an instance of its settings, such as ``ClosedPath()``.
+        **parameters: with a name, settings of this kind and other keyword arguments of its class, such as ``period``.
+            With settings, keyword arguments only; those that this kind does not take are ignored.
+
+    Raises:
+        DrakeTrackerError: the kind or a parameter is unknown, or a value is out of range.
+    """
+    if type(kind) in ESTIMATORS.makers:
+        return ESTIMATORS.make(kind, **parameters)
+    return ESTIMATORS.make_by_name(kind, **parameters)
 
 
 @runtime_checkable

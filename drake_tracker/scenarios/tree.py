@@ -5,6 +5,7 @@ contain line numbers, tags and repeated keys.
 """
 
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -12,10 +13,13 @@ from typing import Any, ClassVar
 
 import yaml
 
+from drake_tracker.core.errors import DrakeTrackerWarning
 from drake_tracker.core.files.bounded_yaml import BoundedLoader
 
 _MAPPING = "tag:yaml.org,2002:map"
 """YAML's name of a mapping without a tag."""
+RENAMED_TAGS = {"Slope": "InclinedPlane"}
+"""{former tag: tag}. Users' files and commands may still use the former tag; its settings must mean the same."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 
 
@@ -101,7 +105,7 @@ def _convert(
     in_file: bool,
 ) -> Value:
     origin = describe(node.start_mark.line + 1)
-    tag = node.tag[1:] if node.tag.startswith("!") else None
+    tag = _present_tag(node.tag[1:], origin, path) if node.tag.startswith("!") else None
     if isinstance(node, yaml.SequenceNode):
         items = [_convert(loader, item, path, describe, errors, in_file) for item in node.value]
         return Value(items, origin, tag, in_file)
@@ -131,6 +135,14 @@ def _convert(
     if node.style is None and _EXPONENT.fullmatch(node.value):
         return Value(float(node.value), origin, in_file=in_file)  # YAML 1.1 reads 1e-3, without a point, as text.
     return Value(node.value, origin, in_file=in_file)
+
+
+def _present_tag(tag: str, origin: str, path: str) -> str:
+    """Returns the present name of a tag. Warns if it is a former one."""
+    if tag in RENAMED_TAGS:
+        line = f"{origin}: {f'{path}: ' if path else ''}!{tag} is now called !{RENAMED_TAGS[tag]}"
+        warnings.warn(line, DrakeTrackerWarning, stacklevel=2)
+    return RENAMED_TAGS.get(tag, tag)
 
 
 def merge(base: Value, over: Value) -> Value:

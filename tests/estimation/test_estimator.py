@@ -6,9 +6,9 @@ from slopes import board_pose
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import ESTIMATORS, Estimator, EstimatorState, make_estimator
-from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, Slope
+from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, InclinedPlane
 
-CONTEXT = {Slope: {"X_WB": board_pose()}}
+CONTEXT = {InclinedPlane: {"X_WB": board_pose()}}
 
 
 @pytest.mark.parametrize("settings_type", ESTIMATORS.makers, ids=lambda kind: kind.__name__)
@@ -39,6 +39,6 @@ def test_the_closed_path_passes_its_systematic_error_to_its_coordinated_turn():
 
 
 def test_the_settings_load_neither_drake_nor_scipy():
-    code = "import sys, drake_tracker.estimation.kinds; print(sorted({'pydrake', 'scipy'} & set(sys.modules)))"
+    code = "import sys, drake_tracker.estimation.estimator; print(sorted({'pydrake', 'scipy'} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
