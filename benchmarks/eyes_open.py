@@ -51,7 +51,7 @@ from drake_tracker.tasks.train.setup import resolve
 
 RESULTS = common.RESULTS / "eyes_open.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "eyes_open"
-COMMON = ["vision.tracker=!Several {}", "cameras.render_processes=0"]
+COMMON = ["vision.method=!SilhouetteTracker {}", "cameras.render_processes=0"]
 SAME_LIFT = "grasp.lift_height=0.18"
 """Both descents lift as high as `train` does: high enough for a train that hangs from its end."""
 DESCENTS = ("blind", "guided")
@@ -205,7 +205,7 @@ def calibrated_job(track, seed, quick):
     """Returns the line of a run whose hand descends at a drawn time."""
     random = np.random.default_rng(seed)
     speed, wait = random.uniform(*DRAWN_SPEEDS), random.uniform(*DRAWN_WAITS)
-    settings = ["vision=!Measured {tracker: !Several {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
+    settings = ["vision=!Measured {method: !SeveralObjects {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
     settings += [f"track.kind={track}", f"track.speed={speed:.4f}", "grasp.launch_probability=0"]
     return line(load_scenario("train:guided", seed=seed, overrides=settings))
 

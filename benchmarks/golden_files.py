@@ -150,8 +150,13 @@ def compare_tables(file, now, base, names, kind):
         return [Difference(file, f"{len(now)} rows", f"{len(base)} rows", -math.inf)]
     found = {}
     for number, (one, other) in enumerate(zip(now, base)):
-        one = {names.before(kind, path): value for path, value in one.items() if not is_volatile(path)}
+        one = {
+            names.before(kind, path): names.before("tag", value) if path.endswith("!") else value
+            for path, value in one.items()
+            if not is_volatile(path)
+        }
         other = {names.kept(kind, path): value for path, value in other.items() if not is_volatile(path)}
+        other = {path: value for path, value in other.items() if path in one or not names.may_be_missing(path)}
         for path in sorted({*one, *other} - {None, *found}):
             values = [repr(row[path]) if path in row else "missing" for row in (one, other)]
             if values[0] != values[1]:

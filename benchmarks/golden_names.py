@@ -1,6 +1,7 @@
 """What has another name at an older revision, for `golden.py`, and the translation of such names."""
 
 import itertools
+import re
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -10,8 +11,9 @@ class Rename(NamedTuple):
 
     Attributes:
         commit: full hash of the commit.
-        kind: "scenario"; "setting", a key path of a scenario; "signal" of a log; "column" of a log, as SIGNAL.COLUMN;
-            or "field", a key path of a JSON file and the head of a column of a CSV table.
+        kind: "scenario"; "setting", a key path of a scenario; "tag" of a kind of part; "effectless", a setting of the
+            older revision that had no effect in some scenarios and is not in them today; "signal" of a log; "column" of
+            a log, as SIGNAL.COLUMN; or "field", a key path of a JSON file and the head of a column of a CSV table.
         now: the name since the commit, None for what the commit removed.
         before: the name before it, None for what the commit added.
     """
@@ -22,10 +24,25 @@ class Rename(NamedTuple):
     before: str | None
 
 
-KINDS = ("scenario", "setting", "signal", "column", "field")
+KINDS = ("scenario", "setting", "tag", "effectless", "signal", "column", "field")
 _DEFAULT_OF_1991 = "8e985441907a25c364a431498f9e14533b6aaecd"
 _TOUCH = "44aa2dda45a6e1966fb5a1d8c789e1b6958e8dc6"
+_METHODS = "af3e28fa28c4e24c1c573f3fe6b228b92ef5e475"
 RENAMES = (
+    Rename(_METHODS, "setting", "vision.method.detector", "vision.detector"),
+    Rename(_METHODS, "setting", "vision.method", "vision.tracker"),
+    Rename(_METHODS, "tag", "MotionCentroid", "Single"),
+    Rename(_METHODS, "tag", "SilhouetteTracker", "Several"),
+    Rename(_METHODS, "tag", "OneObject", "Single"),
+    Rename(_METHODS, "tag", "SeveralObjects", "Several"),
+    *(
+        Rename(_METHODS, "effectless", None, name)
+        for name in (
+            *("vision.detector", "vision.tracker.silhouettes", "vision.tracker.camera_motion"),
+            *("vision.tracker.min_pixels", "vision.tracker.max_length", "vision.tracker.largest_std"),
+            "vision.tracker.mask_arm",
+        )
+    ),
     Rename(_TOUCH, "field", "touch_along_m", None),
     Rename(_TOUCH, "field", "touch_across_m", None),
     Rename(_DEFAULT_OF_1991, "scenario", "train", "train:paper"),
@@ -50,11 +67,12 @@ class Names:
         self._steps = [
             {(_family(row.kind), row.now): row.before for row in rows if row.now is not None} for rows in commits
         ]
+        self._effectless = tuple(row.before for rows in commits for row in rows if row.kind == "effectless")
         self._removed = {
             (_family(row.kind), self._earlier(row.kind, row.before, number + 1))
             for number, rows in enumerate(commits)
             for row in rows
-            if row.now is None
+            if row.now is None and row.kind != "effectless"
         }
 
     def before(self, kind: str, name: str) -> str | None:
@@ -64,6 +82,10 @@ class Names:
     def kept(self, kind: str, name: str) -> str | None:
         """Returns a name of the older revision, None if a later commit removed what it names."""
         return None if any((_family(kind), head) in self._removed for head, _ in _heads(name)) else name
+
+    def may_be_missing(self, name: str) -> bool:
+        """Returns whether a setting of the older revision had no effect where today's scenarios lack it."""
+        return any(head in self._effectless for head, _ in _heads(name))
 
     def command(self, arguments: Iterable[str]) -> tuple[str, ...] | None:
         """Returns the arguments of a command for the older revision, None if that cannot be expressed there.
@@ -76,6 +98,7 @@ class Names:
             if option in ("--set", "--vary"):
                 key, equals, value = argument.partition("=")
                 new = self.before("setting", key)
+                value = re.sub(r"!(\w+)", lambda tag: f"!{self.before('tag', tag[1])}", value)
                 found.append(None if new is None else new + equals + value)
             else:
                 found.append(self.before("scenario", argument))

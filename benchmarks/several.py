@@ -1,4 +1,4 @@
-"""Measures the vision that tracks several objects (`vision.tracker: !Several {}`), part by part.
+"""Measures the vision that tracks several objects (`vision.method: !SilhouetteTracker {}`), part by part.
 
     python benchmarks/several.py                       all parts but the cost, on two processes; resumes
     python benchmarks/several.py --part separation     one part
@@ -7,14 +7,14 @@
     python benchmarks/several.py --quick --part lift   a trial on seeds of its own; nothing is written to the results
 
 - separation: two trains on one oval, .10 to .40 m apart along the track; the vision alone, on rendered images. The
-  number before, that of `!Single`, is from the same images. All images of a lap count. At .10 and .12 m the trains have
-  0.7 of their length, because longer ones would touch.
+  number before, that of `!MotionCentroid`, is from the same images. All images of a lap count. At .10 and .12 m the
+  trains have 0.7 of their length, because longer ones would touch.
 - passing: two trains on two tracks, one inside the other, in opposite directions, for 60 s: identities.
 - coverage: how many of the total errors are within one reported standard deviation, along each axis and in all.
 - lift: how often the train is lifted in the whole loop, with company and in bad light.
 - cameras: the same with cameras at other elevations and azimuths, which are calibrated first.
 - shake: a shaking and a panning camera: error of the centroid, unusable images, wrong centroids.
-- cost: time of the vision in a cycle, and of the whole loop, beside that of `!Single`.
+- cost: time of the vision in a cycle, and of the whole loop, beside that of `!MotionCentroid`.
 
 Each trial becomes a line of ``runs/several/PART.jsonl`` as soon as it ends, and is not repeated on the same commit. All
 trials of this commit are the results of a part, which replace those of the same part in ``results/several.json``.
@@ -46,7 +46,7 @@ from drake_tracker.world.imaging.cameras import true_camera_models
 
 RESULTS = common.RESULTS / "several.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "several"
-SEVERAL, IN_PROCESS = "vision.tracker=!Several {}", "cameras.render_processes=0"
+SEVERAL, IN_PROCESS = "vision.method=!SilhouetteTracker {}", "cameras.render_processes=0"
 START_UP = 1.0
 """Until this time [s] the trains accelerate."""
 SEPARATIONS = (0.10, 0.12, 0.15, 0.18, 0.22, 0.25, 0.30, 0.40)
@@ -68,7 +68,7 @@ COVERAGE = {  # cell: scenario, overrides, with the loop
     "arm and train 0.25 m behind": ("train:guided", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.25}]"], True),
 }
 LIFT = {  # cell: scenario, overrides, number of seeds; of two trains the yellow one counts, whichever is seen first
-    "two": ("train:two", ["vision.tracker.target=!Coloured {}"], 40),
+    "two": ("train:two", ["vision.method.target=!Coloured {}"], 40),
     "visitor": ("train:visitor", [], 40),
     "alone": ("train:guided", [SEVERAL], 68),
     "shadows": ("train:guided", [SEVERAL, "lighting.shadows=true"], 20),

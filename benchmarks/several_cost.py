@@ -33,7 +33,7 @@ def cost_of_vision(name, cell, seed, quick):
     images, arm_state = _images(scenario, QUICK_SECONDS if quick else SECONDS)
     turns = {}
     for name, settings in TRACKERS.items():
-        own = scenario.with_settings({"vision.tracker": settings})
+        own = scenario.with_settings({"vision.method": settings})
         vision = image_vision(resolve(own))
         simulator = Simulator(vision)
         context = simulator.get_mutable_context()
@@ -58,7 +58,7 @@ def cost_of_loop(seed, quick):
     settings = {"grasp.settle_time": 1e6, "cameras.render_processes": "0"}
     loops = {}
     for name, tracker in TRACKERS.items():
-        scenario = load_scenario("train:learned", seed=seed).with_settings({**settings, "vision.tracker": tracker})
+        scenario = load_scenario("train:learned", seed=seed).with_settings({**settings, "vision.method": tracker})
         loops[name] = (Simulator(make_diagram(scenario)), [])
     for turn in range(1 + (QUICK_TURNS if quick else TURNS)):
         for simulator, walls in loops.values():

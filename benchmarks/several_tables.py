@@ -18,7 +18,7 @@ def per_mille(count, total):
 def separation_table(cells):
     """Returns (header, rows) of the separations, from the second lap on and in the first one."""
     header = ["separation", "trains", "places, 2nd lap on", "Wilson 95 %", "images, 2nd lap on", "images, 1st lap"]
-    header += ["points on neither", "`!Single`: images", "`!Single`: on neither"]
+    header += ["points on neither", "`!MotionCentroid`: images", "`!MotionCentroid`: on neither"]
     header += ["both tracked after", "swaps", "begun again", "lost"]
     rows = []
     for cell in cells:
@@ -98,9 +98,9 @@ def lift_table(cells):
 
 
 def shake_table(cells):
-    """Returns (header, rows) of the moving cameras, with `!Single` beside."""
+    """Returns (header, rows) of the moving cameras, with `!MotionCentroid` beside."""
     header = ["camera"]
-    for name in ("`!Several`", "`!Single`"):
+    for name in ("`!SilhouetteTracker`", "`!MotionCentroid`"):
         header += [f"{name}: median error", "unusable", "no centroid", "wrong"]
     rows = []
     for cell in cells:
@@ -115,7 +115,7 @@ def shake_table(cells):
 
 def cost_table(cells):
     """Returns (header, rows) of the times."""
-    header = ["what", "`!Several`", "`!Single`", "ratio"]
+    header = ["what", "`!SilhouetteTracker`", "`!MotionCentroid`", "ratio"]
     return header, [
         [cell["cell"], *(f"{cell[name]:.2f} {cell['unit']}" for name in ("several", "single")), f"{cell['ratio']:.2f}"]
         for cell in cells

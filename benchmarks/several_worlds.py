@@ -28,11 +28,11 @@ from drake_tracker.diagrams.hand_eye import inputs
 from drake_tracker.tasks.train.diagram import make_train_host, make_world
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.vision import image_vision
-from drake_tracker.vision.config import Several, Single
+from drake_tracker.vision.config import MotionCentroid, SilhouetteTracker
 from drake_tracker.world.train.rail import TRAIN_LENGTH
 
-SEVERAL = {"several": Several()}
-TRACKERS = {**SEVERAL, "single": Single()}
+SEVERAL = {"several": SilhouetteTracker()}
+TRACKERS = {**SEVERAL, "single": MotionCentroid()}
 LIFTED = 0.005
 """Height of the train [m] at which `follow` ends."""
 _BEGIN = {name: TRACK_FIELDS.index(name) for name in ("number", "state", "x", "xx", "yy", "zz", "seen")}
@@ -77,7 +77,7 @@ class WatchingDiagram(Diagram):
 
     Args:
         scenario: of the train.
-        trackers: {name: settings of ``vision.tracker``}.
+        trackers: {name: settings of ``vision.method``}.
     """
 
     def __init__(self, scenario, trackers):
@@ -89,7 +89,7 @@ class WatchingDiagram(Diagram):
             source = builder.AddSystem(ConstantVectorSource(value))
             builder.Connect(source.get_output_port(), world.GetInputPort(name))
         for name, settings in trackers.items():
-            own = resolve(scenario.with_settings({"vision.tracker": settings}))
+            own = resolve(scenario.with_settings({"vision.method": settings}))
             vision, host = image_vision(own), make_train_host(own)
             vision.set_name(f"vision_{name}")
             host.set_name(f"host_{name}")

@@ -64,7 +64,7 @@ CELLS = {  # name: overrides
         "vision.outline=box",
         "duration=20",
     ],
-    "cast-shadows-gated": ["lighting.shadows=true", "vision.detector.brightness_gate=true"],
+    "cast-shadows-gated": ["lighting.shadows=true", "vision.method.detector.brightness_gate=true"],
     "cast-shadows": ["lighting.shadows=true"],
 }
 PAPER_CELLS = [f"{track}-{speed:.2f}" for track in TRACKS[:3] for speed in (0.10, 0.15, 0.20)]

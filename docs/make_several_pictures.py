@@ -50,7 +50,7 @@ def scenario(ahead, ball=True):
     """Returns two trains, with or without a ball."""
     others = f"!Train {{body: striped, ahead: -{ahead}}}{', !Ball {at: 3.0}' if ball else ''}"
     settings = [
-        "vision.tracker=!Several {}",
+        "vision.method=!SilhouetteTracker {}",
         "cameras.render_processes=0",
         "vision.lag_cycles=3",
         f"objects=[{others}]",

@@ -23,7 +23,7 @@ NEVER_GRASPS = ["--set", "vision=!Measured {}", "--set", "grasp.settle_time=60",
 SELECTING = [
     *(
         "--set",
-        "vision.tracker=!Several {target: !Selected {}}",
+        "vision.method=!SilhouetteTracker {target: !Selected {}}",
         "--set",
         "objects=[!Train {body: striped, ahead: -0.6}]",
     ),

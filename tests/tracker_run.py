@@ -3,7 +3,7 @@
 import numpy as np
 from cuboids import CAMERAS, CENTRE, HEIGHT, PERIOD, WORK_VOLUME, oval
 
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.tracker import Tracker, TrackerState
 
 GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
@@ -36,7 +36,7 @@ class Run:
         history: [(time, truth, state)].
     """
 
-    def __init__(self, stage, settings=Several(), tracker=None):
+    def __init__(self, stage, settings=SilhouetteTracker(), tracker=None):
         self.stage = stage
         self.tracker = tracker or Tracker(CAMERAS, settings, work_volume=WORK_VOLUME)
         self.state, self.history, self.cycle = TrackerState(), [], 0

@@ -24,6 +24,7 @@ from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.vision import slowest_seen
+from drake_tracker.vision.config import MotionCentroid, NormalFlow
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import describe_rig, focal_length
 
@@ -62,7 +63,7 @@ def measure(
 
     Raises DrakeTrackerError on bad input, before the first run where possible.
     """
-    vision = check_request(scenario, path, seeds, laps, speeds)
+    detector = check_request(scenario, path, seeds, laps, speeds)
     require_renderer()
     fits: dict[float, SpeedFit] = {}
     runs = len(speeds) * seeds
@@ -79,15 +80,15 @@ def measure(
             fits[speed] = fit_speed(sightings, pixel)
         except DrakeTrackerError as caught:
             raise DrakeTrackerError(f"at {speed:g} m/s {caught}") from None
-    seen_from = slowest_seen(resolve(scenario), vision.detector.resolve())
+    seen_from = slowest_seen(resolve(scenario), detector.resolve())
     print_fits(fits)
     error = combine(fits, pixel, seen_from)
     notes = {
         "scenario": scenario.name,
         "track": scenario.track.kind,
         "body": scenario.train.body,
-        "detector": vision.detector.preset,
-        "centroid": vision.detector.centroid,
+        "detector": detector.preset,
+        "centroid": detector.centroid,
         "seeds": seeds,
         "laps": laps,
         "points": {f"{speed:g}": fit.points for speed, fit in fits.items()},
@@ -100,17 +101,18 @@ def measure(
 
 def check_request(
     scenario: TrainScenario, path: str | Path, seeds: int, laps: int, speeds: Sequence[float]
-) -> Rendered:
-    """Checks the arguments of `measure`, and returns the vision of the scenario.
+) -> NormalFlow:
+    """Checks the arguments of `measure`, and returns the motion detector of the scenario.
 
     Raises DrakeTrackerError, in one line, when `measure` cannot run.
     """
     require_task(scenario, "train", "only the error of the train's cameras can be measured")
     if not isinstance(scenario.vision, Rendered):
         raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: the error of cameras is measured")
-    if resolve(scenario).several:
+    method = scenario.vision.method
+    if not isinstance(method, MotionCentroid):
         raise DrakeTrackerError(
-            f"{scenario.where('vision.tracker')} must be !Single: the error of the motion detector is measured"
+            f"{scenario.where('vision.method')} must be !MotionCentroid: the error of the motion detector is measured"
         )
     if not 1 <= seeds <= MOST_SEEDS:
         raise DrakeTrackerError(f"--seeds {seeds}: must be from 1 to {MOST_SEEDS}")
@@ -122,7 +124,7 @@ def check_request(
     path = Path(path)
     if path.is_dir() or not path.absolute().parent.is_dir():
         raise DrakeTrackerError(f"-o {path}: must be a file in a folder that exists")
-    return scenario.vision
+    return method.detector
 
 
 def pixel_footprint(cameras: CamerasConfig) -> float:

@@ -21,6 +21,7 @@ def setting(
     choices: Sequence[str] | None = None,
     shape: tuple[int | None, ...] | None = None,
     shared: bool = False,
+    counterparts: Mapping[str, str] | None = None,
     key: str = "",
 ) -> Any:
     """Declares a setting as a dataclass field.
@@ -36,6 +37,7 @@ def setting(
             any length, and None as m any number of rows.
         shared: whether all kinds of the role have this setting with the same meaning. A value written for one kind is
             kept when a scenario replaces it by another kind.
+        counterparts: with ``shared``, {kind in another kind of the role: the kind here that stands for it}.
         key: name in a scenario, where it is not the name of the field, for example a keyword of Python.
     """
     metadata = {
@@ -45,6 +47,7 @@ def setting(
         "choices": choices,
         "shape": shape,
         "shared": shared,
+        "counterparts": counterparts or {},
         "key": key,
     }
     if isinstance(default, type):

@@ -15,7 +15,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.measured.measured_error import MeasuredError
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
 from drake_tracker.measured.measured_vision_system import OBJECTS_PORT, TRUTH_PORT, MeasuredErrorSystem
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.vision.silhouettes.target import choose_target, make_target_rule
 from drake_tracker.vision.silhouettes.tracker_system import pack_point, pack_tracks
 
@@ -43,7 +43,7 @@ class MeasuredSeveralDiagram(Diagram):
 
     Args:
         error: `MeasuredError`.
-        settings: `Several`; of these, ``target``, ``confirm_after`` and ``coast_time``.
+        settings: `SeveralObjects`.
         looks: size and colour of the first train and of all further objects.
         lag_cycles: cycles from capture to output, 0 or more.
         work_volume: lower and upper corner in W, shape (2, 3) [m].
@@ -55,7 +55,7 @@ class MeasuredSeveralDiagram(Diagram):
     def __init__(
         self,
         error: MeasuredError,
-        settings: Several,
+        settings: SeveralObjects,
         looks: Sequence[ObjectLook],
         lag_cycles: int,
         work_volume: ArrayLike,

@@ -8,7 +8,7 @@ import numpy as np
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import TRACK_SLOTS, TrackPoint
 from drake_tracker.measured.measured_error import MeasuredError
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.track_3d import (
     STANDING_SPEED,
@@ -65,10 +65,10 @@ class MeasuredTracker:
     Args:
         error: `MeasuredError` of the points, whose standard deviations are those of the tracks.
         looks: size and colour of each object.
-        settings: `Several`; of these, ``confirm_after`` and ``coast_time``.
+        settings: `SeveralObjects`.
     """
 
-    def __init__(self, error: MeasuredError, looks: Sequence[ObjectLook], settings: Several) -> None:
+    def __init__(self, error: MeasuredError, looks: Sequence[ObjectLook], settings: SeveralObjects) -> None:
         self._error, self._looks, self._settings = error, tuple(looks), settings
 
     def update(self, state: MeasuredTracks, points: Sequence[np.ndarray]) -> MeasuredTracks:

@@ -14,7 +14,7 @@ from drake_tracker.measured.measured_error import MeasuredError, object_seed
 TRUTH_PORT = "truth_train_state"
 """The only input through which a subsystem of the controller may read truth, and only with ``vision: !Measured``."""
 OBJECTS_PORT = "truth_object_states"
-"""The same for further objects, only with ``vision: !Measured {tracker: !Several {}}``."""
+"""The same for further objects, only with ``vision: !Measured {method: !SeveralObjects {}}``."""
 _STATE_SIZE = 13
 
 

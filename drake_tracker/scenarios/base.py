@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from drake_tracker.core.setting import replace_settings, setting
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
+from drake_tracker.scenarios.tree import Value
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,16 @@ class BaseScenario:
             key: key path of the setting.
         """
         return f"{self.origins[key]}: {key}" if key in self.origins else f"{key} (default)"
+
+    @classmethod
+    def present(cls, tree: Value, notes: list[str]) -> Value:
+        """Returns the tree of a scenario with settings of former versions translated into those of today.
+
+        Args:
+            tree: the tree, a mapping.
+            notes: list to which one line is appended for each setting that has another name today.
+        """
+        return tree
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""

@@ -111,7 +111,14 @@ def _kept(value: Value, fields: Mapping[str, Any]) -> dict[str, Value]:
     if replaced is None or not isinstance(replaced.data, dict):
         return {}
     written = _kept(replaced, fields) | replaced.data
-    return {name: item for name, item in written.items() if name in fields and fields[name].metadata["shared"]}
+    kept = {name: item for name, item in written.items() if name in fields and fields[name].metadata["shared"]}
+    for name, item in list(kept.items()):
+        counterparts = fields[name].metadata["counterparts"]
+        if item.tag in counterparts:
+            kept[name] = Value({}, item.origin, counterparts[item.tag], item.in_file, item)
+        elif counterparts and item.tag is None:  # of the first kind there, and hence of the first kind here
+            del kept[name]
+    return kept
 
 
 def _read_list(value: Value, metadata: Any, key: str, errors: list[str]) -> Any:

@@ -67,9 +67,12 @@ def load_scenario(
     name = name or _default_name(entries, path)
 
     def tree_on(replaced: Mapping[str, str], errors: list[str]) -> Value:
-        tree = _resolve(entries, name, path, errors, replaced)
+        notes: list[str] = []
+        tree = _present(_resolve(entries, name, path, errors, replaced), notes)
         for override in overrides:
-            tree = _override(tree, override, origin_of(override), errors)
+            tree = _present(_override(tree, override, origin_of(override), errors), notes)
+        for note in () if replaced else notes:
+            _warn(note)
         for key, value in (("seed", seed), ("duration", duration)):
             if value is not None:
                 tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
@@ -247,7 +250,7 @@ def _resolve(
         if not (isinstance(task, str) and task in replaced):
             return settings
         former = _resolve_packaged(replaced[task], errors)
-        return merge(_without_kinds(former, settings), settings)
+        return merge(_without_kinds(former, _present(settings, [])), settings)
     base, origin = own["base"].data, own["base"].origin
     above = (*above, name)
     if isinstance(base, str) and base in entries:
@@ -320,6 +323,13 @@ def _override(tree: Value, override: str, origin: str, errors: list[str]) -> Val
         return tree
     value = parse(text, lambda line: origin, errors)
     return tree if value is None else merge(tree, nest(key, value))
+
+
+def _present(tree: Value, notes: list[str]) -> Value:
+    """Returns a tree with former settings translated, see `BaseScenario.present`."""
+    task = tree.data.get("task")
+    name = "train" if task is None else task.data
+    return TASKS[name].scenario.present(tree, notes) if isinstance(name, str) and name in TASKS else tree
 
 
 def _check(tree: Value, errors: list[str]) -> Any:

@@ -5,10 +5,10 @@ from .camera_motion import Verdict as Verdict
 from .config import BackgroundDifference as BackgroundDifference
 from .config import CameraMotion as CameraMotion
 from .config import FrameDifference as FrameDifference
+from .config import MotionCentroid as MotionCentroid
 from .config import NormalFlow as NormalFlow
-from .config import Several as Several
 from .config import Silhouettes as Silhouettes
-from .config import Single as Single
+from .config import SilhouetteTracker as SilhouetteTracker
 from .config import StaticThreshold as StaticThreshold
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .region_centroid import RegionCentroid as RegionCentroid

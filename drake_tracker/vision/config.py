@@ -135,25 +135,49 @@ class CameraMotion:
 
 
 @dataclass(frozen=True)
-class Single:
+class MotionCentroid:
     """The paper's way: one centroid of all that moves in each image, and one point."""
+
+    detector: NormalFlow = setting(NormalFlow, "the motion detector")
 
 
 @dataclass(frozen=True)
-class Several:
+class SilhouetteTracker:
     """Tracks several objects, moving or standing, by their silhouettes."""
 
-    target: TARGETS.union() = setting(First, "which of the objects to follow")  # type: ignore[valid-type]
+    target: TARGETS.union() = setting(  # type: ignore[valid-type]
+        First, "which of the objects to follow", shared=True
+    )
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
     camera_motion: CameraMotion = setting(CameraMotion, "how motion of a camera itself is found")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))
     max_length: float = setting(
         0.18, "length of the longest object; a longer silhouette shows several that touch", "m", (0.01, 100.0)
     )
-    confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
-    coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
+    confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000), shared=True)
+    coast_time: float = setting(
+        2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0), shared=True
+    )
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
+
+
+@dataclass(frozen=True)
+class OneObject:
+    """Measured vision sees the first train only."""
+
+
+@dataclass(frozen=True)
+class SeveralObjects:
+    """Measured vision sees all objects."""
+
+    target: TARGETS.union() = setting(  # type: ignore[valid-type]
+        First, "which of the objects to follow", shared=True
+    )
+    confirm_after: int = setting(5, "cycles after which a new track is confirmed", "", (1, 1000), shared=True)
+    coast_time: float = setting(
+        2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0), shared=True
+    )
 
 
 @dataclass(frozen=True)

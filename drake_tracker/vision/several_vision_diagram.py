@@ -10,7 +10,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts, add_wrist_view
 from drake_tracker.vision.region_of_interest import RegionOfInterest
@@ -63,7 +63,7 @@ class SeveralVisionDiagram(Diagram):
 
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
-        settings: `Several`, whose ``target`` may also be a `TargetRule`.
+        settings: `SilhouetteTracker`, whose ``target`` may also be a `TargetRule`.
         windows: the same keys, `RegionOfInterest` in which objects are searched for; None is the whole image.
         image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
             None is the full frame.
@@ -84,7 +84,7 @@ class SeveralVisionDiagram(Diagram):
     def __init__(
         self,
         cameras: Mapping[str, CameraModel],
-        settings: Several = Several(),
+        settings: SilhouetteTracker = SilhouetteTracker(),
         *,
         windows: Mapping[str, RegionOfInterest] | None = None,
         image_windows: Mapping[str, tuple[int, int, int, int]] | None = None,

@@ -33,7 +33,7 @@ def test_the_tag_chooses_the_kind_and_survives_a_file(tmp_path):
     "overrides, said",
     [
         (["vision=!Measured {file: none.yaml}"], "vision.file: there is no file"),
-        (["vision=!Measured {detector: {}}"], "it belongs to vision: !Rendered"),
+        (["vision=!Measured {detector: {}}"], "there is no setting vision.detector"),
         (["vision=!Measured {lag_cycles: -1}"], "a whole number from 0 to 120"),
         ([MEASURED, "cameras.fov_deg=20"], "made with rig.fov_deg = 30.0"),
         ([MEASURED, "track.speed=0.001"], "the measured vision sees nothing below"),
@@ -102,7 +102,10 @@ def test_a_recording_has_no_camera_video(tmp_path):
         ("-o x.yaml --speeds fast", "--speeds fast: must be numbers separated by commas"),
         ("-o x.yaml --speeds 0.1,0.1", "must be different numbers"),
         ("-o x.yaml --set vision=!Measured", "must be !Rendered"),
-        ("-o x.yaml --set vision.tracker=!Several", "vision.tracker=!Several: vision.tracker must be !Single"),
+        (
+            "-o x.yaml --set vision.method=!SilhouetteTracker",
+            "vision.method=!SilhouetteTracker: vision.method must be !MotionCentroid",
+        ),
     ],
 )
 def test_bad_requests_give_a_message_of_one_line(arguments, said, tmp_path, monkeypatch, capsys):

@@ -15,13 +15,13 @@ from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagr
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
 from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Largest
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 YELLOW, RED = ObjectLook((0.12, 0.04, 0.05), (250.0, 212.0, 76.0)), ObjectLook((0.04, 0.04, 0.04), (192.0, 48.0, 40.0))
-OVERRIDE = "vision=!Measured {tracker: !Several {}}"
+OVERRIDE = "vision=!Measured {method: !SeveralObjects {}}"
 
 
 def error_of(along=0.003, across=0.001):
@@ -32,7 +32,7 @@ def error_of(along=0.003, across=0.001):
     return MeasuredError(np.array([0.1]), zeros((1, 2, 4, 3)), zeros((1, 3)), jitter, zeros((1, 2)), 0.003, 0.01)
 
 
-def tracked(visible, settings=Several(confirm_after=3, coast_time=0.2), looks=(YELLOW, RED)):
+def tracked(visible, settings=SeveralObjects(confirm_after=3, coast_time=0.2), looks=(YELLOW, RED)):
     """Returns the states after each cycle, for objects that run along y; ``visible`` is (cycles, objects)."""
     tracker, state, states = MeasuredTracker(error_of(), looks, settings), MeasuredTracks(), []
     for cycle, row in enumerate(visible, 1):
@@ -96,7 +96,9 @@ def outputs_of(vision, cycles, states):
 @pytest.mark.parametrize("lag", [0, 3])
 def test_the_first_train_has_the_errors_that_it_has_alone(lag):
     train, others = state_of(0.5, 0.1, 0.1), np.ravel([state_of(0.6, 0.0, 0.1), state_of(0.6, 0.1, 0.1)])
-    several = MeasuredSeveralDiagram(error_of(), Several(confirm_after=1), [YELLOW, RED, RED], lag, WORK_VOLUME, seed=4)
+    several = MeasuredSeveralDiagram(
+        error_of(), SeveralObjects(confirm_after=1), [YELLOW, RED, RED], lag, WORK_VOLUME, seed=4
+    )
     alone = MeasuredVisionDiagram(error_of(), lag, WORK_VOLUME, seed=4)
     rows = outputs_of(several, 30, {"truth_train_state": train, "truth_object_states": others})
     expected = [row[0] for row in outputs_of(alone, 30, {"truth_train_state": train})]
@@ -127,7 +129,7 @@ class Newest:
 @pytest.mark.parametrize("target, number", [(Largest(), 1.0), (Coloured(colour="#c03028"), 2.0), (Newest(), 2.0)])
 def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
     vision = MeasuredSeveralDiagram(
-        error_of(), Several(confirm_after=1, target=target), [YELLOW, RED], 1, WORK_VOLUME, seed=4
+        error_of(), SeveralObjects(confirm_after=1, target=target), [YELLOW, RED], 1, WORK_VOLUME, seed=4
     )
     states = {"truth_train_state": state_of(0.5, 0.1, 0.1), "truth_object_states": state_of(0.6, 0.0, 0.1)}
     (*_, (point, tracks)) = outputs_of(vision, 5, states)
@@ -137,7 +139,7 @@ def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
 
 def test_a_wrong_setting_of_the_target_is_refused_when_the_diagram_is_built():
     with pytest.raises(DrakeTrackerError, match="colour is 'gold'"):
-        MeasuredSeveralDiagram(error_of(), Several(target=Coloured("gold")), [YELLOW], 1, WORK_VOLUME, seed=4)
+        MeasuredSeveralDiagram(error_of(), SeveralObjects(target=Coloured("gold")), [YELLOW], 1, WORK_VOLUME, seed=4)
 
 
 def test_a_scenario_without_further_objects_has_one_track():
@@ -149,8 +151,10 @@ def test_a_scenario_without_further_objects_has_one_track():
 
 
 def test_each_scenario_keeps_its_tracker_with_measured_vision():
-    assert isinstance(load_scenario("train:two", overrides=["vision=!Measured {}"]).vision.tracker, Several)
-    assert not isinstance(load_scenario("train:learned", overrides=["vision=!Measured {}"]).vision.tracker, Several)
+    assert isinstance(load_scenario("train:two", overrides=["vision=!Measured {}"]).vision.method, SeveralObjects)
+    assert not isinstance(
+        load_scenario("train:learned", overrides=["vision=!Measured {}"]).vision.method, SeveralObjects
+    )
 
 
 def test_faults_act_on_the_points_of_all_objects():

@@ -17,9 +17,9 @@ AFTER_THE_HOST = 6 / 16 * TIME_STEP
 COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state", "truth_train_state")
 
 
-@pytest.mark.parametrize("tracker, objects", [("!Single {}", "[]"), ("!Several {}", "[!Train {}]")])
-def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(tracker, objects):
-    overrides = [f"vision=!Measured {{tracker: {tracker}}}", "track.speed=0.2", f"objects={objects}"]
+@pytest.mark.parametrize("method, objects", [("!OneObject {}", "[]"), ("!SeveralObjects {}", "[!Train {}]")])
+def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(method, objects):
+    overrides = [f"vision=!Measured {{method: {method}}}", "track.speed=0.2", f"objects={objects}"]
     scenario = load_scenario("train:learned", seed=3, overrides=overrides)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
@@ -55,7 +55,7 @@ def test_images_over_the_bus_give_the_same_points():
     assert host.counts["cycles"] == 12 and host.counts["cycles_incomplete"] == 0
 
 
-SEVERAL = ["vision.tracker=!Several {confirm_after: 3}", "objects=[!Train {}]", "vision.lag_cycles=2"]
+SEVERAL = ["vision.method=!SilhouetteTracker {confirm_after: 3}", "objects=[!Train {}]", "vision.lag_cycles=2"]
 
 
 def test_images_over_the_bus_give_the_same_tracks():

@@ -29,7 +29,11 @@ def rendered_run(tmp_path_factory):
 @pytest.fixture(scope="session")
 def several_run(tmp_path_factory):
     """A run whose vision tracks two trains, and whose images other processes render."""
-    overrides = ["objects=[!Train {}]", "vision.tracker=!Several {confirm_after: 3}", "cameras.render_processes=1"]
+    overrides = [
+        "objects=[!Train {}]",
+        "vision.method=!SilhouetteTracker {confirm_after: 3}",
+        "cameras.render_processes=1",
+    ]
     return make_run(tmp_path_factory.mktemp("several") / "run", "train:guided", 2.5, overrides, images=True)
 
 

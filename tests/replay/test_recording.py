@@ -101,7 +101,7 @@ def test_wrong_changes_and_starts(run, capsys, tmp_path, arguments, message):
 
 def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for change in ("cameras.noise=0", "vision.detector.centroid=mean"):
+    for change in ("cameras.noise=0", "vision.method.detector.centroid=mean"):
         line = error_of(capsys, tmp_path, "--set", change, run=rendered_run)
         assert f"--set {change}: {change.split('=')[0]} has no effect in a replay from centroids" in line
         assert line.endswith("estimator, link, guard, servo, vision.work_volume, cameras.calibration")
@@ -111,10 +111,10 @@ def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered
     "arguments, message",
     [
         (["--from", "centroids"], "cannot be replayed from centroids, which are those of the target only; use --from"),
-        (["--set", "vision.tracker.target=!Largest {}"], "vision.tracker.target has no effect in a replay from points"),
+        (["--set", "vision.method.target=!Largest {}"], "vision.method.target has no effect in a replay from points"),
         (
-            ["--from", "images", "--set", "vision.detector.centroid=mean"],
-            "vision.detector has no effect with tracker: !Several",
+            ["--from", "images", "--set", "vision.method.detector.centroid=mean"],
+            "there is no setting vision.method.detector",
         ),
     ],
 )
@@ -125,8 +125,8 @@ def test_what_cannot_be_replayed_with_several_objects(several_run, capsys, tmp_p
 
 def test_grey_images_cannot_show_several_objects(rendered_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    arguments = ("--from", "images", "--set", "vision.tracker=!Several {}")
-    assert "vision.tracker has no effect" in error_of(capsys, tmp_path, *arguments, run=rendered_run)
+    arguments = ("--from", "images", "--set", "vision.method=!SilhouetteTracker {}")
+    assert "vision.method has no effect" in error_of(capsys, tmp_path, *arguments, run=rendered_run)
 
 
 def test_images_that_are_missing_or_incomplete(rendered_run, capsys, tmp_path, monkeypatch):

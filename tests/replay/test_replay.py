@@ -76,8 +76,8 @@ def test_the_operator_selects_the_target_again(several_run, tmp_path):
     "start, change",
     [
         ("points", "estimator=!AlphaBetaGamma {}"),
-        ("images", "vision.tracker.silhouettes.threshold=25"),
-        ("images", "vision.tracker=!Single {}"),
+        ("images", "vision.method.silhouettes.threshold=25"),
+        ("images", "vision.method=!MotionCentroid {}"),
     ],
 )
 def test_a_change_of_a_run_with_several_objects(several_run, start, change):
@@ -103,7 +103,7 @@ def test_no_source_is_ground_truth(ball_run):
         ("centroids", "estimator=!AlphaBetaGamma {}", {"point"}),
         ("centroids", "link=!Lossy {delay: 0.1}", {"point", "filtered", "prediction"}),
         ("centroids", "servo.tracking_index=0.5", {"point", "filtered", "prediction", "delivered"}),
-        ("images", "vision.detector.centroid=mean", set()),
+        ("images", "vision.method.detector.centroid=mean", set()),
         ("images", "vision.lag_cycles=10", set()),
     ],
 )

@@ -103,7 +103,7 @@ def test_an_unreadable_scenario_costs_only_the_autopsy(run_folder):
 
 def test_no_video_is_missing_with_measured_vision(run_folder):
     path = run_folder / "scenario.yaml"
-    measured = "vision: !Measured {tracker: !Single {}, outline: ellipse}\n"
+    measured = "vision: !Measured {method: !OneObject {}, outline: ellipse}\n"
     text = re.sub(r"vision:\n(    .*\n)+", measured, path.read_text())
     assert "!Measured" in text
     path.write_text(text)

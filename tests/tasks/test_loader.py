@@ -18,7 +18,7 @@ from drake_tracker.scenarios.tree import RENAMED_TAGS, parse
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
-from drake_tracker.vision.config import NormalFlow, Several
+from drake_tracker.vision.config import NormalFlow, SeveralObjects, SilhouetteTracker
 
 
 def errors_of(*args, **kwargs):
@@ -87,7 +87,7 @@ def test_a_scenario_is_frozen_and_can_be_copied_with_other_settings():
 
 def test_interlaced_extends_learned():
     train, interlaced = load_scenario("train:learned"), load_scenario("train:interlaced")
-    assert interlaced.vision.detector.preset == "paper_interlaced"
+    assert interlaced.vision.method.detector.preset == "paper_interlaced"
     assert interlaced.track.kind == "circle"
     assert interlaced.track.speed == 0.2
     assert interlaced.servo.stale_after == train.servo.stale_after
@@ -108,8 +108,8 @@ def test_a_tag_chooses_the_kind_of_a_role():
     assert scenario.estimator == AlphaBetaGamma()
     assert scenario.link == Lossy(drop=0.1, burst=3)
     assert load_scenario(
-        "train:learned", overrides=["vision.detector=!NormalFlow {stride: 2}"]
-    ).vision.detector == NormalFlow(stride=2)
+        "train:learned", overrides=["vision.method.detector=!NormalFlow {stride: 2}"]
+    ).vision.method.detector == NormalFlow(stride=2)
 
 
 @pytest.mark.parametrize("kind", ["Measured", "Rendered"])
@@ -140,8 +140,8 @@ def test_a_new_tag_discards_the_settings_of_the_base_kind(tmp_path):
 
 def test_an_empty_value_restores_the_value_of_the_preset():
     for empty in ("", "null"):
-        overrides = ["vision.detector.stride=1", f"vision.detector.stride={empty}"]
-        assert load_scenario("train:learned", overrides=overrides).vision.detector.stride is None
+        overrides = ["vision.method.detector.stride=1", f"vision.method.detector.stride={empty}"]
+        assert load_scenario("train:learned", overrides=overrides).vision.method.detector.stride is None
 
 
 def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(tmp_path):
@@ -172,7 +172,7 @@ def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(
     "override, message",
     [
         ("track.speeed=1", "did you mean track.speed?"),
-        ("preset=scaled", "did you mean vision.detector.preset?"),
+        ("preset=scaled", "did you mean vision.method.detector.preset?"),
         ("link.drop=0.1", "no setting link.drop in !Perfect; it belongs to link: !Lossy"),
         ("zzzz=1", "a scenario has task, name, description, duration"),
         ("track=3", "track must be a mapping of settings, not 3"),
@@ -316,8 +316,8 @@ def test_the_origin_of_a_setting():
     assert scenario.where("track.centre") == "track.centre (default)"
     with open(scenario_file("train.yaml"), encoding="utf-8") as file:
         lines = file.read().splitlines()
-    origin, _, key = scenario.where("vision.detector.preset").partition(": ")
-    assert key == "vision.detector.preset"
+    origin, _, key = scenario.where("vision.method.detector.preset").partition(": ")
+    assert key == "vision.method.detector.preset"
     assert "paper_interlaced" in lines[int(origin.rsplit(" ", 1)[1]) - 1]
 
 
@@ -461,7 +461,7 @@ def test_the_base_that_the_warning_names_restores_the_former_defaults(tmp_path):
     path = write(tmp_path, "mine: {base: train:guided}\n")
     scenario, lines = warned_of(path)
     assert lines == []
-    assert scenario.estimator == ClosedPath() and scenario.vision.tracker == Several()
+    assert scenario.estimator == ClosedPath() and scenario.vision.method == SilhouetteTracker()
     assert scenario.vision.outline == "box"
     assert (scenario.grasp.descent, scenario.grasp.gate, scenario.grasp.lift_height) == ("guided", "probability", 0.18)
     rest = {"estimator": ArcLength(), "vision": Rendered(), "grasp": GraspConfig(), "name": "", "description": ""}
@@ -488,11 +488,11 @@ def test_a_file_whose_meaning_is_as_before_does_not_warn(tmp_path, text, name):
 
 def test_a_file_that_gives_each_setting_that_changed_does_not_warn(tmp_path):
     settings = (
-        "estimator: !ArcLength {}, vision: {tracker: {}, outline: ellipse}, "
+        "estimator: !ArcLength {}, vision: {method: {}, outline: ellipse}, "
         "grasp: {descent: blind, gate: auto, lift_height: 0.15}"
     )
     for base in ("base: train, ", ""):
-        tracker = settings if not base else settings.replace("tracker: {}", "tracker: !Single {}")
+        tracker = settings if not base else settings.replace("method: {}", "method: !MotionCentroid {}")
         path = write(tmp_path, f"mine: {{{base}{tracker}}}\n")
         scenario, lines = warned_of(path)
         assert lines == [] and renamed(scenario, "train") == load_scenario("train")
@@ -504,7 +504,7 @@ def test_a_file_that_gives_each_setting_that_changed_does_not_warn(tmp_path):
 def test_overrides_count_for_the_warning(tmp_path):
     path = write(tmp_path, "mine: {base: train:guided}\nplain: {}\n")
     assert warned_of(f"{path}:mine", overrides=["grasp.descent=blind"])[1] == []
-    overrides = ["vision=!Rendered {tracker: !Single {}, outline: ellipse}", "estimator=!ArcLength {}"]
+    overrides = ["vision=!Rendered {method: !MotionCentroid {}, outline: ellipse}", "estimator=!ArcLength {}"]
     assert warned_of(f"{path}:plain", overrides=overrides)[1] == [f"{path}: plain {CHANGED}"]
     overrides += ["grasp.descent=blind", "grasp.gate=auto", "grasp.lift_height=0.15"]
     assert warned_of(f"{path}:plain", overrides=overrides)[1] == []
@@ -527,3 +527,36 @@ def test_a_saved_estimator_without_a_tag_is_the_closed_path(tmp_path):
     assert warned_of(tmp_path / "saved.yaml") == (learned, [])
     path = write(tmp_path, "mine: {estimator: {systematic_std: 0.003}}\n")
     assert warned_of(path)[0].estimator == ClosedPath(systematic_std=0.003)
+
+
+@pytest.mark.parametrize(
+    "former, present",
+    [
+        ("{tracker: !Several {coast_time: 1.0}}", "{method: !SilhouetteTracker {coast_time: 1.0}}"),
+        ("{tracker: !Single {}, detector: {stride: 2}}", "{method: !MotionCentroid {detector: {stride: 2}}}"),
+        (
+            "!Measured {tracker: !Several {coast_time: 1.0, min_pixels: 9}}",
+            "!Measured {method: !SeveralObjects {coast_time: 1.0}}",
+        ),
+        ("{detector: {}, tracker: !Several {}}", "{method: !SilhouetteTracker {}}"),
+    ],
+)
+def test_former_settings_of_vision_are_translated(tmp_path, former, present):
+    def vision_of(text):
+        scenario, lines = warned_of(write(tmp_path, f"mine: {{base: train:learned, vision: {text}}}\n"))
+        return scenario.vision, lines
+
+    found, lines = vision_of(former)
+    assert (found, []) == vision_of(present) and "vision.tracker is now called vision.method" in lines[0]
+
+
+def test_former_settings_of_vision_are_translated_in_overrides():
+    with pytest.warns(DrakeTrackerWarning, match=r"^--set vision.detector.stride=2: vision.detector is now called"):
+        scenario = load_scenario("train", overrides=["vision.detector.stride=2"])
+    assert scenario.vision.method.detector.stride == 2
+    with pytest.warns(DrakeTrackerWarning, match="here !SilhouetteTracker"):
+        scenario = load_scenario("train", overrides=["vision.tracker=!Several {}", "vision.tracker.coast_time=1"])
+    assert scenario.vision.method == SilhouetteTracker(coast_time=1.0)
+    assert load_scenario("train:guided", overrides=["vision=!Measured {}"]).vision.method == SeveralObjects()
+    with pytest.raises(DrakeTrackerError, match="there is no setting vision.detector"):
+        load_scenario("train", overrides=["vision=!Measured {detector: {}}"])

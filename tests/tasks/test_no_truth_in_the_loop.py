@@ -25,7 +25,7 @@ from drake_tracker.world.config import TrackConfig as TrackSettings
 from drake_tracker.world.train import world_diagram as world_module
 
 MEASURED = "vision=!Measured {}"
-MEASURED_SEVERAL = "vision=!Measured {tracker: !Several {}}"
+MEASURED_SEVERAL = "vision=!Measured {method: !SeveralObjects {}}"
 OBJECTS = "objects=[!Train {}, !Ball {}, !Hand {}]"
 BEHIND_THE_SENSORS = {
     *("camera_left_noise", "camera_right_noise", "camera_left_faults", "camera_right_faults", "jaw_sensor"),
@@ -248,7 +248,7 @@ def test_with_several_objects_measured_vision_is_a_leak_if_the_scenario_does_not
 
 
 def test_cameras_that_see_several_objects_give_the_controller_no_ground_truth():
-    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.tracker=!Several {}", OBJECTS]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.method=!SilhouetteTracker {}", OBJECTS]))
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
     assert sensors == set(measured(hand_eye, False).values())

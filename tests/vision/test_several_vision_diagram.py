@@ -12,7 +12,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, Regions, TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette import ArmSilhouette
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.silhouettes.target_config import Coloured, Inside, Nearest
@@ -204,14 +204,14 @@ def test_a_lag_shorter_than_the_latency_is_refused(small_laboratory):
 @pytest.mark.parametrize(
     "settings",
     [
-        Several(min_pixels=0),
-        Several(confirm_after=0),
-        Several(coast_time=-1.0),
-        Several(largest_std=0.0),
-        Several(target=Coloured("gold")),
-        Several(target=Coloured("#d0b040", tolerance=-5.0)),
-        Several(target=Inside(((0.7, 0.2, 0.6), (0.4, -0.2, 0.4)))),
-        Several(target=Nearest((0.5, 0.0))),
+        SilhouetteTracker(min_pixels=0),
+        SilhouetteTracker(confirm_after=0),
+        SilhouetteTracker(coast_time=-1.0),
+        SilhouetteTracker(largest_std=0.0),
+        SilhouetteTracker(target=Coloured("gold")),
+        SilhouetteTracker(target=Coloured("#d0b040", tolerance=-5.0)),
+        SilhouetteTracker(target=Inside(((0.7, 0.2, 0.6), (0.4, -0.2, 0.4)))),
+        SilhouetteTracker(target=Nearest((0.5, 0.0))),
     ],
     ids=str,
 )

@@ -1,7 +1,7 @@
 """The settings of a run of the train. Settings that all tasks share are in `drake_tracker.scenarios.base`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from drake_tracker.arm.config import HandEyeConfig, HandKind, PacketGuardConfig, Puma560, ServoConfig
@@ -17,8 +17,9 @@ from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
+from drake_tracker.scenarios.tree import Value, merge
 from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
-from drake_tracker.vision.config import NormalFlow, Several, Single
+from drake_tracker.vision.config import MotionCentroid, OneObject, SeveralObjects, SilhouetteTracker
 from drake_tracker.world.config import (
     CLOSED_KINDS,
     LIFTED,
@@ -33,6 +34,8 @@ from drake_tracker.world.config import (
 )
 from drake_tracker.world.train.objects_config import OBJECTS, Train
 
+_MEASURED_TRACKS = ("target", "confirm_after", "coast_time")
+"""Settings of the former tracker that have an effect without images."""
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 """Lowest and highest corner of the default work volume in W [m]."""
 JAW_MARGIN = 0.010
@@ -46,15 +49,18 @@ class Rendered:
     """Vision on rendered images of both cameras.
 
     Attributes:
-        detector: settings of the motion detector, for a single object.
-        tracker: whether vision tracks a single object or several, and which of them is followed.
+        method: the motion centroid of a single object, or a tracker of several.
         lag_cycles: time from the capture of the middle image to its centroid [cycles].
         work_volume: lowest and highest corner of the box in which motion is searched for, in W [m].
         outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
     """
 
-    detector: NormalFlow = setting(NormalFlow, "the motion detector, for a single object")
-    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed", shared=True)
+    method: MotionCentroid | SilhouetteTracker = setting(
+        MotionCentroid,
+        "the motion centroid of a single object, or a tracker of several",
+        shared=True,
+        counterparts={"OneObject": "MotionCentroid", "SeveralObjects": "SilhouetteTracker"},
+    )
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )
@@ -80,15 +86,18 @@ class Measured:
 
     Attributes:
         file: file of the measured error.
-        tracker: whether vision sees the first train only or all objects, and which of them is followed.
+        method: whether vision sees the first train only or all objects, and which of them is followed.
         lag_cycles: time from the capture of the middle image to the point [cycles].
         work_volume: lowest and highest corner of the box in which the train is seen, in W [m].
         outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
     """
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
-    tracker: Single | Several = setting(
-        Single, "the first train only or all objects, and which of them is followed", shared=True
+    method: OneObject | SeveralObjects = setting(
+        OneObject,
+        "the first train only or all objects, and which of them is followed",
+        shared=True,
+        counterparts={"MotionCentroid": "OneObject", "SilhouetteTracker": "SeveralObjects"},
     )
     lag_cycles: int = setting(
         15,
@@ -164,6 +173,14 @@ class TrainScenario(BaseScenario):
     )
     faults: tuple[faults_of("train"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
 
+    @classmethod
+    def present(cls, tree: Value, notes: list[str]) -> Value:
+        """Translates ``vision.tracker`` and ``vision.detector``, which ``vision.method`` has replaced."""
+        vision = tree.data.get("vision")
+        if vision is None:
+            return tree
+        return replace(tree, data=tree.data | {"vision": _present_vision(vision, notes)})
+
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""
         found = self.timing_problems(SERVO_PERIOD)
@@ -176,17 +193,14 @@ class TrainScenario(BaseScenario):
         low, high = self.vision.work_volume
         if not all(a < b for a, b in zip(low, high)):
             found.append(("vision.work_volume", "must give the lowest corner first, then the highest"))
-        if isinstance(self.vision, Rendered) and (self.vision.detector.smoothing_size or 1) % 2 == 0:
-            found.append(("vision.detector.smoothing_size", "must be odd"))
-        rendered = self.vision if isinstance(self.vision, Rendered) else None
-        several = rendered is not None and isinstance(rendered.tracker, Several)
-        if rendered is not None and several and rendered.detector != NormalFlow():
-            found.append(("vision.detector", "has no effect with tracker: !Several; set vision.tracker to !Single {}"))
+        method = self.vision.method
+        if isinstance(method, MotionCentroid) and (method.detector.smoothing_size or 1) % 2 == 0:
+            found.append(("vision.method.detector.smoothing_size", "must be odd"))
         left, right = self.cameras.azimuth_deg
         if math.isclose(left, right, abs_tol=1.0):
             found.append(("cameras.azimuth_deg", "must differ by more than 1 deg, or there is no baseline"))
-        if isinstance(self.cameras.wrist, WristCamera) and not several:
-            found.append(("cameras.wrist", "a camera on the hand needs vision: !Rendered with tracker: !Several"))
+        if isinstance(self.cameras.wrist, WristCamera) and not isinstance(method, SilhouetteTracker):
+            found.append(("cameras.wrist", "a camera on the hand needs vision.method: !SilhouetteTracker"))
         if isinstance(self.vision, Rendered):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
         if isinstance(self.vision, Measured) and isinstance(self.arm, Puma560) and self.arm.markers:
@@ -299,3 +313,31 @@ def _blind_time_problems(scenario: TrainScenario) -> Problems:
             f"takes {lag:.3g} s, descent and closing {descent:.3g} s",
         )
     ]
+
+
+def _present_vision(vision: Value, notes: list[str]) -> Value:
+    """Returns the tree of a vision with its former settings translated, see `BaseScenario.present`."""
+    if not isinstance(vision.data, dict):
+        return vision
+    data = dict(vision.data)
+    measured = vision.tag == "Measured"
+    tracker, detector = data.pop("tracker", None), None if measured else data.pop("detector", None)
+    method = None
+    if tracker is not None:
+        several = tracker.tag == "Several"
+        if measured:
+            kept = {name: tracker.data[name] for name in _MEASURED_TRACKS if name in (tracker.data or {})}
+            method = replace(tracker, data=kept, tag="SeveralObjects" if several else "OneObject")
+        else:
+            tag = {"Single": "MotionCentroid", "Several": "SilhouetteTracker"}.get(str(tracker.tag), tracker.tag)
+            method = replace(tracker, tag=tag)
+        kind = f", here !{method.tag}" if method.tag else ""
+        notes.append(f"{tracker.origin}: vision.tracker is now called vision.method{kind}")
+    if detector is not None and (tracker is None or tracker.tag != "Several"):  # it had no effect with !Several
+        nested = Value({"detector": detector}, detector.origin, None, detector.in_file)
+        method = nested if method is None else merge(method, nested)
+        notes.append(f"{detector.origin}: vision.detector is now called vision.method.detector")
+    if method is not None:
+        data["method"] = merge(data["method"], method) if "method" in data else method
+    replaced = None if vision.replaced is None else _present_vision(vision.replaced, [])
+    return replace(vision, data=data, replaced=replaced)

@@ -18,7 +18,7 @@ from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import MotionCentroid, SeveralObjects, SilhouetteTracker
 from drake_tracker.vision.region_of_interest import RegionOfInterest, project_region
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.imaging.cameras import ImageWindow, camera_poses, renderable_window
@@ -44,7 +44,7 @@ class TrainSetup:
     @property
     def several(self) -> bool:
         """Whether vision, rendered or measured, tracks several objects."""
-        return isinstance(self.scenario.vision.tracker, Several)
+        return isinstance(self.scenario.vision.method, (SilhouetteTracker, SeveralObjects))
 
     @property
     def measured(self) -> bool:
@@ -71,10 +71,10 @@ class TrainSetup:
     @property
     def arm_signals(self) -> tuple[str, ...]:
         """The outputs of the arm that vision reads, to mask the arm and to know where a camera on the hand is."""
-        tracker = self.scenario.vision.tracker
-        if self.measured or not isinstance(tracker, Several):
+        method = self.scenario.vision.method
+        if not isinstance(method, SilhouetteTracker):
             return ()
-        return ("arm_state", "jaws") if tracker.mask_arm or self.has_wrist else ()
+        return ("arm_state", "jaws") if method.mask_arm or self.has_wrist else ()
 
     @cached_property
     def arm(self) -> ArmDescription:
@@ -168,7 +168,8 @@ class TrainSetup:
         if self.measured:
             return None
         processes = process_count(self.scenario.cameras.render_processes)
-        newest = 0 if self.several else self.rendered.detector.resolve().stride
+        method = self.rendered.method
+        newest = method.detector.resolve().stride if isinstance(method, MotionCentroid) else 0
         latency = min(self.scenario.vision.lag_cycles - newest - 1, MOST_LATENCY)
         return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
 

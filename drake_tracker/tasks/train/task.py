@@ -132,7 +132,7 @@ class TrainTask(Task[TrainScenario]):
         "centroids": (*_ALWAYS_CHANGEABLE, "vision.work_volume", "cameras.calibration"),
         "images": (
             *_ALWAYS_CHANGEABLE,
-            "vision.detector",
+            "vision.method.detector",
             "vision.lag_cycles",
             "vision.work_volume",
             "vision.outline",
@@ -229,9 +229,7 @@ class TrainTask(Task[TrainScenario]):
         settings = super().changeable_settings(recorded, scenario, start)
         if start != "images" or not resolve(recorded).several:
             return settings
-        if resolve(scenario).several:
-            settings = tuple(name for name in settings if name != "vision.detector")
-        return (*settings, "vision.tracker")
+        return (*settings, "vision.method")
 
     def calibration_place(self, scenario: TrainScenario) -> CalibrationPlace:
         return CalibrationPlace(scenario.table_height, scenario.vision.work_volume, "vision.work_volume")

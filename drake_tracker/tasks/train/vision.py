@@ -26,7 +26,7 @@ from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.vision.centroid.detectors import make_detector
 from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SeveralObjects, SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.hand_markers import MarkerSearch
 from drake_tracker.vision.hand.wrist_view import WristView
@@ -99,9 +99,9 @@ def object_vision(
     Raises DrakeTrackerError when the train is too slow to be seen, or when the lag is too short for the detector.
     """
     config = setup.rendered
-    if isinstance(config.tracker, Several):
-        return _several_vision(setup, config.tracker, windows, **settings)
-    flow = config.detector.resolve()
+    if isinstance(config.method, SilhouetteTracker):
+        return _several_vision(setup, config.method, windows, **settings)
+    flow = config.method.detector.resolve()
     check_visible(setup, flow)
     lag, volume = config.lag_cycles, config.work_volume
     if lag <= flow.stride:
@@ -110,14 +110,14 @@ def object_vision(
             f"is captured {flow.stride} cycles after the middle one, and computing takes one cycle"
         )
     masks = {side: setup.search_windows[side].mask(windows[side]) for side in SIDES}
-    detectors = {side: make_detector(config.detector, window=masks[side]) for side in SIDES}
+    detectors = {side: make_detector(config.method.detector, window=masks[side]) for side in SIDES}
     return VisionDiagram(
         setup.cameras, detectors, image_windows=windows, lag_cycles=lag, work_volume=volume, **settings
     )
 
 
 def _several_vision(
-    setup: TrainSetup, tracker: Several, windows: Mapping[str, ImageWindow], **settings: Any
+    setup: TrainSetup, tracker: SilhouetteTracker, windows: Mapping[str, ImageWindow], **settings: Any
 ) -> SeveralVisionDiagram:
     """Returns the vision that tracks several objects, with arguments as for `object_vision`."""
     scenario = setup.scenario
@@ -172,11 +172,11 @@ def measured_vision(setup: TrainSetup) -> MeasuredVisionDiagram | MeasuredSevera
             f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
             f"{error.seen_from:.3f} m/s"
         )
-    if isinstance(config.tracker, Several):
+    if isinstance(config.method, SeveralObjects):
         looks = tuple(_look(each) for each in (scenario.train, *scenario.objects))
         faults = [system for system in (_point_faults(setup) for _ in looks) if system is not None]
         return MeasuredSeveralDiagram(
-            error, config.tracker, looks, config.lag_cycles, config.work_volume, scenario.seed, faults=faults
+            error, config.method, looks, config.lag_cycles, config.work_volume, scenario.seed, faults=faults
         )
     return MeasuredVisionDiagram(
         error, config.lag_cycles, config.work_volume, scenario.seed, faults=_point_faults(setup)
@@ -220,9 +220,9 @@ def check_visible(setup: TrainSetup, parameters: NormalFlowParameters) -> None:
         fastest = scenario.track.speed * largest_scale(setup, camera)
         if fastest < needed:
             raise DrakeTrackerError(
-                f"{scenario.where('vision.detector')}: at track.speed {scenario.track.speed:g} m/s the train moves at "
-                f"most {fastest:.1f} px/s in the {side} image, but the threshold needs at least {needed:.1f} px/s; "
-                "lower the threshold, reduce the cameras' field of view or increase the speed"
+                f"{scenario.where('vision.method.detector')}: at track.speed {scenario.track.speed:g} m/s the train "
+                f"moves at most {fastest:.1f} px/s in the {side} image, but the threshold needs at least {needed:.1f} "
+                "px/s; lower the threshold, reduce the cameras' field of view or increase the speed"
             )
 
 

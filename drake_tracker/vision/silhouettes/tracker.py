@@ -18,7 +18,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.check_settings import check_settings
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.object_appearance import learn_look, recognised, relearning
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
@@ -96,7 +96,7 @@ class Tracker:
 
     Args:
         cameras: the left and the right camera, calibrated.
-        settings: `Several`.
+        settings: `SilhouetteTracker`.
         work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts objects anywhere.
         margin: by which an object may lie outside the work volume [m].
         max_gap: largest distance between the two rays of one object [m].
@@ -107,7 +107,7 @@ class Tracker:
     def __init__(
         self,
         cameras: Sequence[CameraModel],
-        settings: Several = Several(),
+        settings: SilhouetteTracker = SilhouetteTracker(),
         *,
         work_volume: ArrayLike | None = None,
         margin: float = 0.05,

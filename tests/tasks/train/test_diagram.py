@@ -88,9 +88,11 @@ def test_a_track_that_arm_or_cameras_do_not_reach():
 
 
 def test_a_threshold_that_is_too_high():
-    line = error_of("vision.detector.preset=paper_literal")
-    assert "vision.detector" in line and "track.speed 0.15 m/s" in line and "the threshold needs at least" in line
-    assert "the threshold needs at least" in error_of("vision.detector.threshold_px=50")
+    line = error_of("vision.method.detector.preset=paper_literal")
+    assert (
+        "vision.method.detector" in line and "track.speed 0.15 m/s" in line and "the threshold needs at least" in line
+    )
+    assert "the threshold needs at least" in error_of("vision.method.detector.threshold_px=50")
     assert "the threshold needs at least" in error_of("track.speed=0.001")
 
 
@@ -149,7 +151,7 @@ def test_a_wrong_estimator_setting_gives_one_line():
 
 
 def test_the_operator_can_select_the_target_where_vision_tracks_several_objects():
-    overrides = ["vision.tracker=!Several {target: !Selected {}}"]
+    overrides = ["vision.method=!SilhouetteTracker {target: !Selected {}}"]
     several, single = (make_diagram(load_scenario("train:learned", overrides=each)) for each in (overrides, []))
     assert several.GetInputPort("selected").size() == 1 and several.HasInputPort("operator")
     assert not single.HasInputPort("selected") and single.HasInputPort("operator")

@@ -16,9 +16,9 @@ from drake_tracker.tasks.train.two_processes import resolve_split
 MARKED = ["arm.markers=true", "cameras.render_processes=0"]
 
 
-@pytest.mark.parametrize("tracker", ["!Single {}", "!Several {}"])
+@pytest.mark.parametrize("tracker", ["!MotionCentroid {}", "!SilhouetteTracker {}"])
 def test_the_hand_point_goes_from_vision_over_the_link_to_the_arm(tracker):
-    hand_eye = make_diagram(load_scenario("train:learned", overrides=[*MARKED, f"vision.tracker={tracker}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=[*MARKED, f"vision.method={tracker}"]))
     wires = arrows(hand_eye)
     assert ("vision", "hand_point", "link", "hand_point") in wires
     assert ("link", "delivered_hand_point", "arm", "hand_point") in wires
@@ -28,7 +28,7 @@ def test_the_hand_point_goes_from_vision_over_the_link_to_the_arm(tracker):
 
 
 def test_without_markers_nothing_of_it_exists():
-    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.tracker=!Several {}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.method=!SilhouetteTracker {}"]))
     names = {hand_eye.get_output_port(k).get_name() for k in range(hand_eye.num_output_ports())}
     assert not {"hand_point", "delivered_hand_point", "hand_correction"} & names
     assert not hand_eye.arm.HasSubsystemNamed("visual_edge") and not hand_eye.vision.HasSubsystemNamed("hand_markers")
@@ -64,7 +64,9 @@ def test_the_mask_of_the_arm_moves_to_where_a_wrongly_calibrated_camera_sees_the
 
 def masks_of_the_right_camera(settings):
     """Where the mask of the arm is at the start and when the markers have been seen, bool of shape (h, w) each."""
-    hand_eye = make_diagram(load_scenario("train:learned", overrides=[*settings, "vision.tracker=!Several {}"]))
+    hand_eye = make_diagram(
+        load_scenario("train:learned", overrides=[*settings, "vision.method=!SilhouetteTracker {}"])
+    )
     simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
     silhouette = hand_eye.vision.GetSubsystemByName("object_vision").GetSubsystemByName("arm_silhouette")
     context = silhouette.GetMyContextFromRoot(simulator.get_context())

@@ -14,10 +14,10 @@ from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
-SEVERAL = "vision.tracker=!Several {}"
+SEVERAL = "vision.method=!SilhouetteTracker {}"
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_the_page_misses_no_file_that_such_a_run_does_not_leave(run):
 
 
 def test_the_settings_of_the_run_are_read_again(run):
-    assert isinstance(load_scenario(str(run / "scenario.yaml")).vision.tracker, Several)
+    assert isinstance(load_scenario(str(run / "scenario.yaml")).vision.method, SeveralObjects)
 
 
 @pytest.mark.parametrize(

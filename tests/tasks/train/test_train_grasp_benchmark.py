@@ -31,7 +31,7 @@ def test_every_cell_of_every_rung_keeps_the_estimator_of_the_rung(rung):
         assert snake_case(type(scenario.estimator).__name__) == train_grasp.RUNGS[rung]
 
     for cell in DETECTOR_CELLS if rung == "train:guided" else ():
-        with pytest.raises(DrakeTrackerError, match=r"has no effect with tracker: !Several"):
+        with pytest.raises(DrakeTrackerError, match=r"no setting vision.method.detector in !SilhouetteTracker"):
             scenario_of(rung, cell)
 
 

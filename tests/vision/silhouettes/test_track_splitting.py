@@ -5,7 +5,7 @@ import pytest
 from cuboids import CENTRE, Cuboid, Stage
 from tracker_run import BLUE, NEAR, Run, during, on_line, on_oval
 
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
@@ -80,9 +80,9 @@ def test_a_merged_track_has_no_point_and_is_not_seen_at_its_stamp():
 
 
 def test_an_object_of_the_greatest_length_is_one_object():
-    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.13)).watch(2.0)
+    run = Run(Stage([(Cuboid(), on_oval())]), SilhouetteTracker(max_length=0.13)).watch(2.0)
     assert run.numbers() == {1}
-    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.07)).watch(2.0)
+    run = Run(Stage([(Cuboid(), on_oval())]), SilhouetteTracker(max_length=0.07)).watch(2.0)
     assert run.numbers() == {1, 2}
 
 

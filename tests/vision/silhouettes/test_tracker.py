@@ -7,7 +7,7 @@ from tracker_run import BLUE, GOLD, NEAR, RED, Run, during, on_line, on_oval, st
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TRACK_SLOTS
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 from drake_tracker.vision.silhouettes.tracker import Expected, Tracker
@@ -46,7 +46,7 @@ def test_the_covariance_covers_the_error():
 
 def test_a_track_is_confirmed_after_the_given_number_of_pairs():
     for after in (1, 5, 20):
-        run = Run(Stage([(Cuboid(), on_oval())]), Several(confirm_after=after)).watch(1.0)
+        run = Run(Stage([(Cuboid(), on_oval())]), SilhouetteTracker(confirm_after=after)).watch(1.0)
         first = next(k for k, (_, _, state) in enumerate(run.history) if state.confirmed())
         # In the first image nothing is known to move.
         assert first == after
@@ -209,7 +209,7 @@ def test_an_object_that_stops_at_the_border_is_located_by_the_part_that_is_seen(
 
 
 def test_a_track_that_is_not_seen_is_deleted_and_its_number_is_not_used_again():
-    settings = Several(coast_time=0.5)
+    settings = SilhouetteTracker(coast_time=0.5)
     path = on_oval()
     run = Run(Stage([(Cuboid(), lambda time: path(time) if time < 1.0 or time >= 2.0 else None)]), settings)
     run.watch(1.4)
@@ -222,7 +222,7 @@ def test_a_track_that_is_not_seen_is_deleted_and_its_number_is_not_used_again():
 
 def test_what_is_covered_is_kept_longer_than_what_has_vanished():
     def seconds(stage):
-        run = Run(stage, Several(coast_time=0.4)).watch(4.0)
+        run = Run(stage, SilhouetteTracker(coast_time=0.4)).watch(4.0)
         last = max(time for time, _, state in run.history if state.confirmed())
         return last - 1.0
 
@@ -306,7 +306,9 @@ def test_images_that_cannot_be_used():
 
 
 def test_images_that_cannot_be_used_for_long_end_the_tracks():
-    run = Run(Stage([(Cuboid(), on_oval())]), Several(coast_time=0.5)).watch(2.0, usable=lambda time: time < 1.0)
+    run = Run(Stage([(Cuboid(), on_oval())]), SilhouetteTracker(coast_time=0.5)).watch(
+        2.0, usable=lambda time: time < 1.0
+    )
     assert run.tracks == {}
 
 
@@ -334,7 +336,7 @@ def test_numbers_are_never_used_twice():
     objects = [
         (Cuboid(), during(on_line((0.45 + 0.05 * k, -0.2), (0.02, 0.15)), 0.6 * k, 0.6 * k + 0.5)) for k in range(5)
     ]
-    run = Run(Stage(objects), Several(coast_time=0.05)).watch(3.2)
+    run = Run(Stage(objects), SilhouetteTracker(coast_time=0.05)).watch(3.2)
     alive, ended = set(), set()
     for _, _, state in run.history:
         now = {track.number for track in state.confirmed()}

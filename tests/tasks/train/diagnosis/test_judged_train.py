@@ -21,7 +21,7 @@ from drake_tracker.tasks.train.diagnosis.judged_train import (
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.world.train.objects_config import Ball, Train
 
 
@@ -38,7 +38,8 @@ def two(episode, grasp_phases):
         if judged is not None:
             episode.verdict["taken"] = lambda t: (t >= 5.5).astype(float)
         scenario = replace(
-            episode.scenario.with_settings({"vision.tracker": Several()}), objects=(Ball(), Train(body="striped"))
+            episode.scenario.with_settings({"vision.method": SilhouetteTracker()}),
+            objects=(Ball(), Train(body="striped")),
         )
         log = episode.log()
         first = log["truth_train_state"]

@@ -20,7 +20,7 @@ from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.camera_motion import Verdict
-from drake_tracker.vision.config import Several
+from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
 
 CYCLES = 360
@@ -198,7 +198,7 @@ def test_a_camera_that_came_back():
 def dark_run(episode):
     """A scenario with several objects, and the log of a run in which the light goes out at 3 s."""
     episode.valid = lambda t: (t < 3.0).astype(float)
-    scenario = episode.scenario.with_settings({"vision.tracker": Several()})
+    scenario = episode.scenario.with_settings({"vision.method": SilhouetteTracker()})
     log = episode.log()
     stamps = log["point"]["stamp"]
     first = int(np.argmax(stamps > 0.0))

@@ -41,8 +41,8 @@ def test_no_images_give_no_shares():
 
 
 def test_a_camera_on_the_hand_needs_the_fixed_ones_to_track_objects():
-    for override in ("vision.tracker=!Single {}", "vision=!Measured {}"):
-        with pytest.raises(DrakeTrackerError, match=r"cameras.wrist.*!Several"):
+    for override in ("vision.method=!MotionCentroid {}", "vision=!Measured {}"):
+        with pytest.raises(DrakeTrackerError, match=r"cameras.wrist.*!SilhouetteTracker"):
             load_scenario("train:wrist", overrides=[override])
 
 
