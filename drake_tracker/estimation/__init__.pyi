@@ -1,6 +1,5 @@
 from .alpha_beta_gamma import AlphaBetaGammaEstimator as AlphaBetaGammaEstimator
 from .arc_length import ArcLengthEstimator as ArcLengthEstimator
-from .check import check_estimator as check_estimator
 from .closed_path import ClosedPathEstimator as ClosedPathEstimator
 from .config import AlphaBetaGamma as AlphaBetaGamma
 from .config import ArcLength as ArcLength
@@ -12,6 +11,7 @@ from .coordinated_turn import CoordinatedTurnEstimator as CoordinatedTurnEstimat
 from .estimator import ESTIMATORS as ESTIMATORS
 from .estimator import Estimator as Estimator
 from .estimator import EstimatorState as EstimatorState
+from .estimator import check_estimator as check_estimator
 from .estimator import make_estimator as make_estimator
 from .estimator_bank_system import EstimatorBankSystem as EstimatorBankSystem
 from .estimator_system import EstimatorSystem as EstimatorSystem
