@@ -20,7 +20,6 @@ from .description import PUMA560_CUP as PUMA560_CUP
 from .description import PUMA560_MARKED as PUMA560_MARKED
 from .description import SEVEN_JOINT as SEVEN_JOINT
 from .description import UR5E as UR5E
-from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
 from .description import make_arm as make_arm
 from .hand_eye_correction import HandEyeCorrection as HandEyeCorrection

@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -18,39 +18,6 @@ MARKERS = ("marker_left", "marker_right")
 """Links of a hand that are markers for cameras, one on each finger (`drake_tracker.vision.hand.hand_markers`)."""
 PROBE_FRAME = "probe"
 """Frame of the cup: the centre of the spherical tip with which it touches the board's marks."""
-
-
-@runtime_checkable
-class Arm(Protocol):
-    """The role of an arm: all that the world and the controller know about it. `ArmDescription` implements it.
-
-    The attributes have the meaning described there.
-    """
-
-    @property
-    def arm_url(self) -> str: ...
-    @property
-    def gripper_url(self) -> str: ...
-    @property
-    def base_link(self) -> str: ...
-    @property
-    def flange(self) -> str: ...
-    @property
-    def hand_link(self) -> str: ...
-    @property
-    def tool_frame(self) -> str: ...
-    @property
-    def servo_inertia(self) -> tuple[float, ...]: ...
-    @property
-    def servo_bandwidth(self) -> tuple[float, ...]: ...
-    @property
-    def finger_stiffness(self) -> float: ...
-    @property
-    def finger_damping(self) -> float: ...
-    @property
-    def q_start(self) -> tuple[float, ...]: ...
-    @property
-    def fingers(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
-from drake_tracker.dispatch.config import Eligibility, FirstInFirstOut, Greedy, LookAhead, NearestDeadline
+from drake_tracker.dispatch.config import Eligibility, LookAhead
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.dispatcher import Plan
 
@@ -57,48 +57,21 @@ class _Rule:
 
 
 class FirstInFirstOutDispatcher(_Rule):
-    """Picks the part that was seen first.
-
-    Args:
-        settings: no settings.
-        model: the arm's cycle.
-        eligibility: which parts are offered.
-    """
-
-    def __init__(self, settings: FirstInFirstOut, model: CycleModel, eligibility: Eligibility) -> None:
-        super().__init__(settings, model, eligibility)
+    """Picks the part that was seen first."""
 
     def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
         return candidate.number
 
 
 class NearestDeadlineDispatcher(_Rule):
-    """Picks the part that leaves the window first.
-
-    Args:
-        settings: no settings.
-        model: the arm's cycle.
-        eligibility: which parts are offered.
-    """
-
-    def __init__(self, settings: NearestDeadline, model: CycleModel, eligibility: Eligibility) -> None:
-        super().__init__(settings, model, eligibility)
+    """Picks the part that leaves the window first."""
 
     def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
         return self.model.in_window(candidate, now)[1]
 
 
 class GreedyDispatcher(_Rule):
-    """Picks the part after which the hand is free again first.
-
-    Args:
-        settings: no settings.
-        model: the arm's cycle.
-        eligibility: which parts are offered.
-    """
-
-    def __init__(self, settings: Greedy, model: CycleModel, eligibility: Eligibility) -> None:
-        super().__init__(settings, model, eligibility)
+    """Picks the part after which the hand is free again first."""
 
     def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
         return self.model.place_time(candidate, pick, cell, now)

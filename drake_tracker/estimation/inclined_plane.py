@@ -153,14 +153,9 @@ class InclinedPlaneEstimator:
         return state.moving
 
     def update(self, state: InclinedPlaneState, stamp: float, p_WQ: np.ndarray | None) -> InclinedPlaneState:
-        """Returns the state after a point.
+        """Returns the state after a point, the centre of the ball; see `Estimator.update`.
 
         A point that is None, not finite, not newer than the state or not on the board leaves the state as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: centre of the ball, shape (3,), in W [m].
         """
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
@@ -260,10 +255,6 @@ class InclinedPlaneEstimator:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw of travel [rad].
 
         The ball rolls to the bottom edge, bounces off the walls, and falls freely beyond. A ball at rest stays.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         rows = np.zeros((len(times), 4))
@@ -287,10 +278,6 @@ class InclinedPlaneEstimator:
         """Returns the expected error along the board, shape (n,) [m]; 68 % of the errors lie within it.
 
         It holds for a ball that hits no more pegs; the effect of pegs is unpredictable.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         if not state.moving:
