@@ -3,7 +3,9 @@
 A scenario and values of some of its settings go in; a `Campaign` comes out: one line per trial with the summary of its
 run, a table of all trials, the success rate of each combination with its 95 % Wilson interval, and a plot of the rates.
 
-    grid ──cells──▶ plan ──trials──▶ pool or cluster ──results──▶ record ──▶ table, rates, plots
+    grid ──cells──▶ plan ──trials──▶ pool or cluster ──results──▶ directory ──▶ table, rates, plots
+
+Begin with `run.py`, which takes these steps in their order.
 
 In Python::
 

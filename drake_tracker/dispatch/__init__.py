@@ -1,8 +1,9 @@
 """Dispatch decides which part the arm picks next from a moving belt.
 
-Parts on the belt (`Candidate`), the hand (`Hand`) and the free cells (`Cell`) go in; a `Plan` comes out, the first pick
-of which is binding. `CycleModel` predicts how long the arm takes, and `make_dispatcher` makes a dispatcher of its
-settings: `LookAhead`, `Greedy`, `NearestDeadline` or `FirstInFirstOut`. All of it is arithmetic.
+Parts on the belt (`Candidate`), the hand (`FreeHand`) and the free cells (`Cell`) go in; a `Plan` comes out, the first
+pick of which is binding. Begin with `dispatcher.py`, the role and its registry: `make_dispatcher` makes a dispatcher of
+its settings, `LookAhead`, `Greedy`, `NearestDeadline` or `FirstInFirstOut`. `CycleModel` predicts how long the arm
+takes. `PickHostSystem` runs a dispatcher on the host; all else is arithmetic.
 """
 
 import lazy_loader

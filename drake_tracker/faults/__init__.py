@@ -1,8 +1,8 @@
 """Faults: what goes wrong in a run, and when.
 
-A scenario lists them under ``faults``. Each acts on the laboratory or on a wire between subsystems, never on the
-controller, which must notice by itself. `config` has the settings of every kind, `kinds` the registry, and `fault` a
-base class for each place where a fault acts.
+The settings that a scenario lists under ``faults`` go in; `Fault` objects come out. Each acts on the laboratory or on a
+wire between subsystems, never on the controller, which must notice by itself. Begin with `fault.py`, which has a base
+class for each place where a fault acts; `config` has the settings of every kind, and `kinds` the registry.
 """
 
 import lazy_loader

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_tracker.core.constants import GRAVITY
 from drake_tracker.faults.fault import SpeedFault, TrainFault
 
 MASS = 0.25
 """Mass of the train [kg]."""
-GRAVITY = 9.81
 HAND_GAIN = 25.0
 """Force of an invisible hand per error of the speed [N s/m]; above .25 kg / (1/300 s) = 75 the motion is jerky."""
 HAND_FORCE = 8.0

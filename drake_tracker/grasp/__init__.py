@@ -3,7 +3,8 @@
 In go what the arm's computer knows at each tick: the estimated object (`ServoTarget`), the packet of predicted path on
 which it rests (`Prediction`), where the tool is (`ToolStatus`), what the hand measures (`JawState`) and what the
 operator wants (`OperatorCommand`). Out come the motion to make (`ArmCommand`) and the reason for it (`GraspDiagnosis`,
-`CatchDiagnosis`). There is one motor schema for grasping, one for catching and one for touching the board.
+`PickDiagnosis`, `CatchDiagnosis`). Begin with `motor_schema.py`, then the folder of
+a task: `train`, `ball` or `conveyor`.
 """
 
 import lazy_loader

@@ -1,8 +1,8 @@
 """The link from the host to the arm.
 
 In go the packets of predicted path (`drake_tracker.core.messages.Prediction`) that the host makes; out come those that
-arrive at the arm's controller, at the time at which they arrive. A link is an object with three methods (`Link`), of
-which `LinkSystem` makes a System; `LINKS` registers the kinds.
+arrive at the arm's controller, at the time at which they arrive. Begin with `link.py`: a link is an object with three
+methods (`Link`), `LINKS` registers the kinds, and `LinkSystem` makes a System of one.
 """
 
 import lazy_loader

@@ -1,7 +1,8 @@
 """Motion of the arm: servo, transform equation, inverse kinematics, and set-points of the joints.
 
-A packet of predicted path and the motion that the hand should make go in; joint set-points come out every 30 ms. Begin
-with `tool_controller.py`, which connects the Systems in their order.
+A packet of predicted path and the motion that the hand should make go in; joint set-points come out every servo period.
+Begin with `tool_controller.py`, which has the Systems of the transform equation and of the inverse kinematics and
+connects them in their order; `servo.py` is the arithmetic before them, which follows the packets.
 """
 
 import lazy_loader

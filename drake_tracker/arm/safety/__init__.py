@@ -1,7 +1,8 @@
 """What protects the arm and those around it: packet guard, joint limiter, collision reflex.
 
-Packets and set-points go in; those that the arm may follow come out. Begin with `packet_guard.py`, which checks every
-packet before the arm uses it.
+Packets and joint set-points go in; those that the arm may follow come out. Begin with `packet_guard.py`, which checks
+every packet before the arm uses it. `joint_limiter.py` is the last check of the set-points, and with
+`collision_reflex.py` a drive that pushes against something with all its torque gives way.
 """
 
 import lazy_loader

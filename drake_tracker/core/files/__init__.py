@@ -1,7 +1,8 @@
-"""Files that survive any end of the process: YAML, npz, MCAP and text, written whole or not at all.
+"""Reading and writing files: whole or not at all, and without trust in what is read.
 
-Data goes in and files come out, or the reverse; an unreadable file raises a `DrakeTrackerError` that names it. Begin
-with `atomic_file.py`.
+Data goes in and files come out, or the reverse: text and npz archives, YAML and MCAP. `atomic_file.py`, with which to
+begin, writes a file so that any end of the process leaves the old one or the new one. The others limit the size and the
+kind of what they read.
 """
 
 import lazy_loader

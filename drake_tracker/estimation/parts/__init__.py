@@ -1,7 +1,8 @@
 """What estimators are made of: filters, models of motion, and changes of speed.
 
-Nothing here is an estimator by itself; the modules of `drake_tracker.estimation` combine these parts. Each module has
-one piece of arithmetic with its source.
+Points and states go in; filtered states and predicted rows come out. Each module has one piece of arithmetic with its
+source, and none is an estimator by itself. Begin with the estimator that uses a part: `arc_length.py` uses `arc`,
+`kaiser` and `rice`; `coordinated_turn.py` uses `turn_filter`; `closed_path.py` uses `path_follower`.
 """
 
 import lazy_loader
