@@ -43,6 +43,6 @@ def test_a_task_offers_the_arms_that_have_its_hand():
 
 
 def test_settings_and_descriptions_do_not_load_drake():
-    names = "Hand, Puma560, ServoConfig, PUMA560"
+    names = "HandKind, Puma560, ServoConfig, PUMA560"
     code = f"import sys; from drake_tracker.arm import {names}; assert 'pydrake' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -107,7 +107,7 @@ class ConveyorScenario(BaseScenario):
     vision: Rendered | Measured = setting(Rendered, "from the belt to the poses of the parts on it")
     estimator: Belt = setting(Belt, "from poses to predicted paths")
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
-    eligibility: Eligibility = setting(Eligibility, "which parts may be picked")
+    eligibility: ClassVar[Eligibility] = Eligibility()
     window: PickWindow = setting(PickWindow, "where parts may be picked")
     cycle: CycleTime = setting(CycleTime, "what the dispatcher knows about the time that the arm takes")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
