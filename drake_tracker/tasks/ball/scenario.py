@@ -136,7 +136,7 @@ def catch_problems(scenario: BallScenario) -> Problems:
         found.append(
             (
                 key,
-                f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and catch.trust_time is "
+                f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and the longest age is "
                 f"{catch.trust_time:g} s",
             )
         )
