@@ -63,7 +63,7 @@ def test_rounding_is_no_difference():
         ("share of verdict 6", lambda record: record["gate"].__setitem__("6", 0.5)),
         ("offset at the touch", lambda record: record["touch"].__setitem__("offset", [0.005, 0.0])),
         ("outcome was", lambda record: record["outcome"].__setitem__("success", False)),
-        ("grasp.lateral_tolerance was", lambda record: record["settings"].__setitem__("grasp.lateral_tolerance", "1")),
+        ("grasp.settle_time was", lambda record: record["settings"].__setitem__("grasp.settle_time", "1")),
         ("point.z", lambda record: record["means"].__setitem__("point.z", [float("nan")] * 5)),
     ],
 )

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
 from drake_tracker.core.setting import setting
 
@@ -25,13 +26,13 @@ class ServoConfig:
     yaw_tracking_index: float = setting(
         0.003, "ratio of manoeuvre noise to measurement noise, direction", "", (0.0001, 10.0)
     )
-    descent_tracking_index: float = setting(
-        0.15, "the same as tracking_index, during a guided descent", "", (0.001, 10.0)
-    )
+    descent_tracking_index: ClassVar[float] = 0.15
+    """The same as tracking_index, during a guided descent; chosen."""
     descent_yaw_tracking_index: float = setting(
         0.05, "the same as yaw_tracking_index, during a guided descent", "", (0.0001, 10.0)
     )
-    stale_after: float = setting(0.2, "age of the newest packet from which the target is stale", "s", (0.03, 10.0))
+    stale_after: ClassVar[float] = 0.2
+    """Age of the newest packet from which the target is stale [s]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,12 @@ class PacketGuardConfig:
     """
 
     margin: float = setting(0.10, "distance outside the volume of vision up to which a path may begin", "m", (0.0, 5.0))
-    max_speed: float = setting(2.0, "largest speed at which a predicted path may begin", "m/s", (0.01, 100.0))
-    table_tolerance: float = setting(0.20, "largest depth of a predicted path below the table top", "m", (0.0, 1.0))
-    clock_tolerance: float = setting(
-        0.001, "time by which the stamp of a packet may be later than the arm's clock", "s", (0.0, 1.0)
-    )
+    max_speed: ClassVar[float] = 2.0
+    """Largest speed at which a predicted path may begin [m/s]; chosen."""
+    table_tolerance: ClassVar[float] = 0.20
+    """Largest depth of a predicted path below the table top [m]; chosen."""
+    clock_tolerance: ClassVar[float] = 0.001
+    """Time by which the stamp of a packet may be later than the arm's clock [s]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +77,17 @@ class HandEyeConfig:
     """
 
     correct: bool = setting(True, "whether the target of the hand is corrected by what the cameras see of the hand")
-    time_constant: float = setting(0.06, "time in which the correction follows the measurements", "s", (0.02, 10.0))
-    largest_rate: float = setting(0.1, "largest rate at which the correction changes", "m/s", (0.001, 1.0))
+    time_constant: ClassVar[float] = 0.06
+    """Time in which the correction follows the measurements [s]; chosen."""
+    largest_rate: ClassVar[float] = 0.1
+    """Largest rate at which the correction changes [m/s]; chosen."""
     largest: float = setting(
         0.05, "largest distance between the hand seen and the hand measured by its joints", "m", (0.0, 0.2)
     )
-    outlier: float = setting(
-        0.015, "distance from earlier measurements from which one counts as an outlier", "m", (0.001, 0.2)
-    )
-    keep: float = setting(3.0, "time after the last measurement for which the correction is kept", "s", (0.1, 600.0))
+    outlier: ClassVar[float] = 0.015
+    """Distance from earlier measurements from which one counts as an outlier [m]; chosen."""
+    keep: ClassVar[float] = 3.0
+    """Time after the last measurement for which the correction is kept [s]; chosen."""
     reach: float = setting(
         0.04, "distance from its predicted place up to which a marker is searched for", "m", (0.005, 0.1)
     )

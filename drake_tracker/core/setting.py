@@ -67,6 +67,22 @@ def settings_of(part: Any) -> tuple[dataclasses.Field[Any], ...]:
     return tuple(field for field in dataclasses.fields(part) if "help" in field.metadata)
 
 
+def constants_of(kind: type) -> dict[str, Any]:
+    """Returns {name: value} of the constants of a dataclass of settings: class variables that earlier were settings.
+
+    A file may still contain such a setting, with the value that the constant has.
+    """
+    found = {}
+    for each in reversed(kind.__mro__):
+        for name, annotation in vars(each).get("__annotations__", {}).items():
+            value = vars(each).get(name, dataclasses.MISSING)
+            if typing.get_origin(annotation) is typing.ClassVar and (
+                dataclasses.is_dataclass(value) or isinstance(value, (bool, int, float, str, tuple, type(None)))
+            ):
+                found[name] = value
+    return found
+
+
 def key_of(field: dataclasses.Field[Any]) -> str:
     """Returns the name of a setting in a scenario."""
     return field.metadata.get("key") or field.name

@@ -1,6 +1,7 @@
 """Settings of the dispatchers and of the arm's cycle. The name of a dispatcher's class is its YAML tag."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from drake_tracker.core.setting import setting
 
@@ -20,8 +21,10 @@ class PickWindow:
 class Eligibility:
     """Which parts are offered to a dispatcher. Each setting is described by its ``help``."""
 
-    min_clear: float = setting(0.012, "least distance to the nearest other part, for the jaws", "m", (0.0, 0.2))
-    max_std: float = setting(0.006, "largest standard deviation of the position", "m", (0.0, 0.1))
+    min_clear: ClassVar[float] = 0.012
+    """Least distance to the nearest other part, for the jaws [m]; chosen."""
+    max_std: ClassVar[float] = 0.006
+    """Largest standard deviation of the position [m]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -70,5 +73,6 @@ class LookAhead:
 
     horizon: float = setting(30.0, "time from now on within which picks are planned", "s", (0.1, 600.0))
     depth: int = setting(4, "largest number of picks that are planned", "", (1, 16))
-    exact_up_to: int = setting(8, "number of parts up to which all sequences are compared", "", (1, 12))
+    exact_up_to: ClassVar[int] = 8
+    """Number of parts up to which all sequences are compared; chosen."""
     width: int = setting(64, "number of beginnings that the beam search keeps", "", (1, 10000))

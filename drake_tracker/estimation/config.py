@@ -1,6 +1,7 @@
 """Settings of the estimators. The name of a class is its YAML tag; `estimator.py` registers it."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from drake_tracker.core.setting import setting
 
@@ -33,7 +34,8 @@ class AlphaBetaGamma:
     """The earlier filter of the 1991 paper: fixed gains in x, y and z."""
 
     tracking_index: float = setting(0.001, "manoeuvre noise over measurement noise, x and y", "", (1e-7, 10.0))
-    vertical_tracking_index: float = setting(1e-5, "the same for z, which changes little", "", (1e-7, 10.0))
+    vertical_tracking_index: ClassVar[float] = 1e-5
+    """The same for z, which changes little; chosen."""
     systematic_std: float = setting(
         0.006, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
     )
@@ -47,12 +49,15 @@ class CoordinatedTurn:
     """Two extended Kalman filters of an object that moves along an arc of slowly changing speed and curvature: one
     expects gentle bends, the other sharp ones. Their predictions are weighted by their past errors."""
 
-    speed_noise: float = setting(0.003, "least process noise of the speed", "m/s/sqrt(s)", (1e-6, 1.0))
+    speed_noise: ClassVar[float] = 0.003
+    """Least process noise of the speed [m/s/sqrt(s)]; chosen."""
     bend_noise: float = setting(
         8.0, "process noise of the curvature per distance, on gentle bends", "1/m/sqrt(m)", (1e-3, 1000.0)
     )
-    sharp_bend_noise: float = setting(36.0, "the same on sharp bends", "1/m/sqrt(m)", (1e-3, 1000.0))
-    sharp_bend_length: float = setting(0.07, "mean length of a sharp bend", "m", (0.01, 10.0))
+    sharp_bend_noise: ClassVar[float] = 36.0
+    """The same on sharp bends [1/m/sqrt(m)]; chosen."""
+    sharp_bend_length: ClassVar[float] = 0.07
+    """Mean length of a sharp bend [m]; chosen."""
     start_sigma: float = setting(0.002, "initial noise of a point, per axis", "m", (0.00001, 0.1))
     systematic_std: float = setting(
         0.0, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
@@ -75,8 +80,10 @@ class InclinedPlane:
     """A filter of a ball that rolls down a board; predicts where and when it leaves the bottom edge."""
 
     sigma: float = setting(0.0025, "noise of a point, per axis", "m", (0.00001, 0.1))
-    process_noise: float = setting(0.03, "process noise of the velocity", "m/s/sqrt(s)", (1e-6, 10.0))
-    hit_speed: float = setting(0.4, "change of velocity that a peg may cause, per axis", "m/s", (0.001, 10.0))
+    process_noise: ClassVar[float] = 0.03
+    """Process noise of the velocity [m/s/sqrt(s)]; chosen."""
+    hit_speed: ClassVar[float] = 0.4
+    """Change of velocity that a peg may cause, per axis [m/s]; chosen."""
     gate: float = setting(
         3.5, "innovation, in standard deviations, above which the ball has hit something", "", (0.5, 20.0)
     )
@@ -87,28 +94,32 @@ class InclinedPlane:
 class Belt:
     """A filter of all parts on a belt, whose speed they share."""
 
-    speed_noise: float = setting(0.003, "process noise of the belt's speed", "m/s/sqrt(s)", (1e-6, 1.0))
-    drift: float = setting(0.0005, "process noise of the position of a part on the belt", "m/sqrt(s)", (0.0, 0.1))
-    turn_drift: float = setting(0.005, "process noise of the direction of a part", "rad/sqrt(s)", (0.0, 1.0))
-    encoder_std: float = setting(
-        0.0005, "standard deviation of the speed that the encoder measures", "m/s", (1e-6, 0.1)
-    )
+    speed_noise: ClassVar[float] = 0.003
+    """Process noise of the belt's speed [m/s/sqrt(s)]; chosen."""
+    drift: ClassVar[float] = 0.0005
+    """Process noise of the position of a part on the belt [m/sqrt(s)]; chosen."""
+    turn_drift: ClassVar[float] = 0.005
+    """Process noise of the direction of a part [rad/sqrt(s)]; chosen."""
+    encoder_std: ClassVar[float] = 0.0005
+    """Standard deviation of the speed that the encoder measures [m/s]; chosen."""
     systematic_std: float = setting(
         0.002, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
     )
-    forget_after: float = setting(0.6, "time after which a part that is not seen is forgotten", "s", (0.05, 60.0))
+    forget_after: ClassVar[float] = 0.6
+    """Time after which a part that is not seen is forgotten [s]; chosen."""
 
 
 @dataclass(frozen=True)
 class PhaseFilterConfig:
     """The filter of the position along a learned path, which is part of the closed-path estimator."""
 
-    cruise_noise: float = setting(5e-5, "process noise of the speed while cruising", "m/s/sqrt(s)", (1e-8, 1.0))
-    manoeuvre_noise: float = setting(
-        0.04, "process noise of the acceleration in a gentle manoeuvre", "m/s^2/sqrt(s)", (1e-6, 100.0)
-    )
-    fading: float = setting(1.0, "time constant with which that acceleration decays", "s", (0.01, 100.0))
-    stop_noise: float = setting(
-        1.0, "process noise of the acceleration while stopping or starting", "m/s^2/sqrt(s)", (1e-6, 100.0)
-    )
-    stop_fading: float = setting(0.15, "time constant with which that acceleration decays", "s", (0.01, 100.0))
+    cruise_noise: ClassVar[float] = 5e-5
+    """Process noise of the speed while cruising [m/s/sqrt(s)]; chosen."""
+    manoeuvre_noise: ClassVar[float] = 0.04
+    """Process noise of the acceleration in a gentle manoeuvre [m/s^2/sqrt(s)]; chosen."""
+    fading: ClassVar[float] = 1.0
+    """Time constant with which that acceleration decays [s]; chosen."""
+    stop_noise: ClassVar[float] = 1.0
+    """Process noise of the acceleration while stopping or starting [m/s^2/sqrt(s)]; chosen."""
+    stop_fading: ClassVar[float] = 0.15
+    """Time constant with which that acceleration decays [s]; chosen."""

@@ -97,7 +97,8 @@ class CastShadow(FaultConfig):
     darkness: float = setting(0.5, "fraction of the light that is missing in its middle", "", (0.0, 1.0))
     width: float = setting(0.12, "width of the band", "m", (0.01, 1.0))
     speed: float = setting(0.25, "speed of the band", "m/s", (0.01, 5.0))
-    heading_deg: float = setting(0.0, "direction of its motion in the world, from x towards y", "deg", (-360.0, 360.0))
+    heading_deg: ClassVar[float] = 0.0
+    """Direction of its motion in the world, from x towards y [deg]; chosen."""
 
 
 @dataclass(frozen=True)

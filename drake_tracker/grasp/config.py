@@ -1,6 +1,7 @@
 """Settings of the motor schemas, which are also the parameters of their machines."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from drake_tracker.core.setting import setting
 
@@ -16,10 +17,13 @@ class GraspConfig:
 
     object_width: float = setting(0.040, "width of the object between the jaws", "m", (0.005, 0.085))
     jaw_opening: float = setting(0.088, "opening of the jaws before the grasp", "m", (0.010, 0.090))
-    jaw_speed: float = setting(0.40, "rate at which the opening changes", "m/s", (0.02, 0.40))
-    grip_force: float = setting(25.0, "force of the gripper on each pad", "N", (1.0, 25.0))
+    jaw_speed: ClassVar[float] = 0.40
+    """Rate at which the opening changes [m/s]; chosen."""
+    grip_force: ClassVar[float] = 25.0
+    """Force of the gripper on each pad [N]; chosen."""
     hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
-    grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
+    grasp_height: ClassVar[float] = 0.004
+    """Height at which the jaws close [m]; chosen."""
     lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
     approach_duration: float = setting(1.0, "duration of the motion to a place above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "duration of the descent", "s", (0.2, 5.0))
@@ -31,22 +35,24 @@ class GraspConfig:
     closing_lead: float = setting(
         0.06, "time before the end of the descent at which the jaws begin to close", "s", (0.0, 0.3)
     )
-    close_timeout: float = setting(0.5, "time after which jaws without a grip have missed", "s", (0.2, 5.0))
-    lift_duration: float = setting(1.0, "duration of the lift", "s", (0.2, 10.0))
-    retreat_duration: float = setting(
-        1.0, "duration of the retreat after a miss, and of the motion home", "s", (0.2, 10.0)
-    )
+    close_timeout: ClassVar[float] = 0.5
+    """Time after which jaws without a grip have missed [s]; chosen."""
+    lift_duration: ClassVar[float] = 1.0
+    """Duration of the lift [s]; chosen."""
+    retreat_duration: ClassVar[float] = 1.0
+    """Duration of the retreat after a miss, and of the motion home [s]; chosen."""
     settle_time: float = setting(0.5, "time above the object before an intercept", "s", (0.0, 60.0))
-    stop_duration: float = setting(0.25, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
-    manual_speed: float = setting(0.15, "largest speed of the hand under the operator's control", "m/s", (0.01, 1.0))
+    stop_duration: ClassVar[float] = 0.25
+    """Time in which the operator's stop brings the hand to rest [s]; chosen."""
+    manual_speed: ClassVar[float] = 0.15
+    """Largest speed of the hand under the operator's control [m/s]; chosen."""
     when_stale: str = setting(
         "coast",
         "what to do while no packets arrive: follow the predicted path, or stand still",
         choices=("coast", "hold"),
     )
-    silence: float = setting(
-        1.0, "time without a new packet after which the hand stands still, high above the object", "s", (0.03, 10.0)
-    )
+    silence: ClassVar[float] = 1.0
+    """Time without a new packet after which the hand stands still, high above the object [s]; chosen."""
     gate: str = setting(
         "auto",
         "evidence that a prediction needs; probability: launch_probability; auto: memory or recent",
@@ -55,22 +61,21 @@ class GraspConfig:
     launch_probability: float = setting(
         0.9, "with gate probability: probability of success from which on the hand descends", "", (0.0, 1.0)
     )
-    abort_probability: float = setting(
-        0.1, "in a guided descent: probability of success below which the hand goes up again", "", (0.0, 1.0)
-    )
-    memory_radius: float = setting(0.03, "distance below which an earlier place counts as the same", "m", (0.001, 0.2))
-    lateral_tolerance: float = setting(0.012, "largest prediction error across the path", "m", (0.0, 0.1))
-    along_tolerance: float = setting(0.030, "largest prediction error along the path", "m", (0.0, 0.2))
-    std_tolerance: float = setting(
-        0.005, "predicted standard deviation at the grasp below which the filter is trusted", "m", (0.0, 0.1)
-    )
+    abort_probability: ClassVar[float] = 0.1
+    """In a guided descent: probability of success below which the hand goes up again; chosen."""
+    memory_radius: ClassVar[float] = 0.03
+    """Distance below which an earlier place counts as the same [m]; chosen."""
+    lateral_tolerance: ClassVar[float] = 0.012
+    """Largest prediction error across the path [m]; chosen."""
+    along_tolerance: ClassVar[float] = 0.030
+    """Largest prediction error along the path [m]; chosen."""
+    std_tolerance: ClassVar[float] = 0.005
+    """Predicted standard deviation at the grasp below which the filter is trusted [m]; chosen."""
     turn_tolerance_deg: float = setting(15.0, "largest prediction error in direction", "deg", (0.0, 90.0))
-    straight_length: float = setting(
-        0.25, "length of a straight path from which the track counts as open", "m", (0.05, 2.0)
-    )
-    straight_tolerance: float = setting(
-        0.008, "distance from a line up to which a path counts as straight", "m", (0.0, 0.1)
-    )
+    straight_length: ClassVar[float] = 0.25
+    """Length of a straight path from which the track counts as open [m]; chosen."""
+    straight_tolerance: ClassVar[float] = 0.008
+    """Distance from a line up to which a path counts as straight [m]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -82,46 +87,57 @@ class PickConfig:
     """
 
     jaw_opening: float = setting(0.088, "opening of the jaws before the pick", "m", (0.010, 0.090))
-    jaw_speed: float = setting(0.40, "rate at which the opening changes", "m/s", (0.02, 0.40))
-    grip_force: float = setting(15.0, "force of the gripper on each pad", "N", (1.0, 25.0))
+    jaw_speed: ClassVar[float] = 0.40
+    """Rate at which the opening changes [m/s]; chosen."""
+    grip_force: ClassVar[float] = 15.0
+    """Force of the gripper on each pad [N]; chosen."""
     hover_height: float = setting(0.065, "height above the part before the descent", "m", (0.04, 0.40))
-    grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
+    grasp_height: ClassVar[float] = 0.004
+    """Height at which the jaws close [m]; chosen."""
     lift_height: float = setting(0.06, "height after the lift", "m", (0.02, 0.40))
-    carry_height: float = setting(0.05, "height above the cell before and after the part is put down", "m", (0.02, 0.4))
-    place_height: float = setting(0.006, "height above the cell at which the jaws open", "m", (-0.01, 0.05))
-    release_gap: float = setting(
-        0.016,
-        "how much wider than the part the jaws open in its cell, so that they push no neighbour",
-        "m",
-        (0.004, 0.06),
-    )
-    hand_speed: float = setting(0.8, "largest speed of the hand between belt and cell", "m/s", (0.05, 3.0))
-    hand_acceleration: float = setting(4.0, "largest acceleration of the hand", "m/s^2", (0.1, 100.0))
-    hand_turn_speed: float = setting(
-        5.4, "largest speed of the last joint, unless its rated speed is lower", "rad/s", (0.1, 30.0)
-    )
-    shortest_motion: float = setting(0.30, "shortest duration of a motion between belt and cell", "s", (0.05, 5.0))
+    carry_height: ClassVar[float] = 0.05
+    """Height above the cell before and after the part is put down [m]; chosen."""
+    place_height: ClassVar[float] = 0.006
+    """Height above the cell at which the jaws open [m]; chosen."""
+    release_gap: ClassVar[float] = 0.016
+    """How much wider than the part the jaws open in its cell, so that they push no neighbour [m]; chosen."""
+    hand_speed: ClassVar[float] = 0.8
+    """Largest speed of the hand between belt and cell [m/s]; chosen."""
+    hand_acceleration: ClassVar[float] = 4.0
+    """Largest acceleration of the hand [m/s^2]; chosen."""
+    hand_turn_speed: ClassVar[float] = 5.4
+    """Largest speed of the last joint, unless its rated speed is lower [rad/s]; chosen."""
+    shortest_motion: ClassVar[float] = 0.30
+    """Shortest duration of a motion between belt and cell [s]; chosen."""
     descent_duration: float = setting(0.27, "duration of the descent", "s", (0.1, 5.0))
     closing_lead: float = setting(
         0.03, "time before the end of the descent at which the jaws begin to close", "s", (0.0, 0.3)
     )
-    close_timeout: float = setting(0.5, "time after which jaws without a grip have missed", "s", (0.2, 5.0))
-    lift_duration: float = setting(0.27, "duration of the lift", "s", (0.1, 10.0))
-    lower_duration: float = setting(0.24, "duration of putting a part down", "s", (0.1, 10.0))
-    place_tolerance: float = setting(
-        0.006, "distance of the measured from the commanded tool up to which a part is put down", "m", (0.001, 0.05)
-    )
-    place_turn_tolerance_deg: float = setting(4.0, "the same for its direction", "deg", (0.5, 90.0))
-    place_timeout: float = setting(
-        1.0, "time after which a hand that does not arrive above or in the cell tries it anew", "s", (0.1, 60.0)
-    )
-    release_duration: float = setting(0.12, "time for the jaws to open", "s", (0.03, 5.0))
-    raise_duration: float = setting(0.21, "duration of leaving the cell", "s", (0.1, 10.0))
-    retreat_duration: float = setting(0.40, "duration of the retreat after a miss", "s", (0.1, 10.0))
-    stop_duration: float = setting(0.25, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
-    manual_speed: float = setting(0.15, "largest speed of the hand under the operator's control", "m/s", (0.01, 1.0))
+    close_timeout: ClassVar[float] = 0.5
+    """Time after which jaws without a grip have missed [s]; chosen."""
+    lift_duration: ClassVar[float] = 0.27
+    """Duration of the lift [s]; chosen."""
+    lower_duration: ClassVar[float] = 0.24
+    """Duration of putting a part down [s]; chosen."""
+    place_tolerance: ClassVar[float] = 0.006
+    """Distance of the measured from the commanded tool up to which a part is put down [m]; chosen."""
+    place_turn_tolerance_deg: ClassVar[float] = 4.0
+    """The same for its direction [deg]; chosen."""
+    place_timeout: ClassVar[float] = 1.0
+    """Time after which a hand that does not arrive above or in the cell tries it anew [s]; chosen."""
+    release_duration: ClassVar[float] = 0.12
+    """Time for the jaws to open [s]; chosen."""
+    raise_duration: ClassVar[float] = 0.21
+    """Duration of leaving the cell [s]; chosen."""
+    retreat_duration: ClassVar[float] = 0.40
+    """Duration of the retreat after a miss [s]; chosen."""
+    stop_duration: ClassVar[float] = 0.25
+    """Time in which the operator's stop brings the hand to rest [s]; chosen."""
+    manual_speed: ClassVar[float] = 0.15
+    """Largest speed of the hand under the operator's control [m/s]; chosen."""
     launch_probability: float = setting(0.9, "probability of success from which on the hand descends", "", (0.0, 1.0))
-    abort_probability: float = setting(0.1, "probability of success below which the hand goes up again", "", (0.0, 1.0))
+    abort_probability: ClassVar[float] = 0.1
+    """Probability of success below which the hand goes up again; chosen."""
 
 
 @dataclass(frozen=True)
@@ -134,26 +150,35 @@ class CatchConfig:
 
     follow: bool = setting(True, "whether the cup follows the predicted crossing; otherwise it stays in the middle")
     beyond: float = setting(0.050, "horizontal distance from the edge to the middle of the cup", "m", (0.0, 0.2))
-    rim_height: float = setting(-0.035, "height of the rim while the cup waits", "m", (-0.1, 0.02))
-    raised_height: float = setting(0.085, "height of the rim while the cup holds the ball", "m", (0.0, 0.4))
-    home_duration: float = setting(1.0, "duration of the motion to the middle of the edge", "s", (0.2, 10.0))
-    raise_duration: float = setting(0.6, "duration of raising the cup", "s", (0.2, 10.0))
-    stop_duration: float = setting(0.2, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
-    shortest_motion: float = setting(0.15, "shortest duration of a correction", "s", (0.02, 2.0))
-    hand_speed: float = setting(0.75, "largest speed of the hand along the edge", "m/s", (0.05, 3.0))
-    hand_acceleration: float = setting(10.0, "largest acceleration of the hand", "m/s^2", (0.1, 100.0))
-    manual_speed: float = setting(0.25, "largest speed of the hand under the operator's control", "m/s", (0.01, 1.0))
-    follow_tolerance: float = setting(
-        0.002, "distance that the predicted crossing must move before the cup follows", "m", (0.0, 0.05)
-    )
+    rim_height: ClassVar[float] = -0.035
+    """Height of the rim while the cup waits [m]; chosen."""
+    raised_height: ClassVar[float] = 0.085
+    """Height of the rim while the cup holds the ball [m]; chosen."""
+    home_duration: ClassVar[float] = 1.0
+    """Duration of the motion to the middle of the edge [s]; chosen."""
+    raise_duration: ClassVar[float] = 0.6
+    """Duration of raising the cup [s]; chosen."""
+    stop_duration: ClassVar[float] = 0.2
+    """Time in which the operator's stop brings the hand to rest [s]; chosen."""
+    shortest_motion: ClassVar[float] = 0.15
+    """Shortest duration of a correction [s]; chosen."""
+    hand_speed: ClassVar[float] = 0.75
+    """Largest speed of the hand along the edge [m/s]; chosen."""
+    hand_acceleration: ClassVar[float] = 10.0
+    """Largest acceleration of the hand [m/s^2]; chosen."""
+    manual_speed: ClassVar[float] = 0.25
+    """Largest speed of the hand under the operator's control [m/s]; chosen."""
+    follow_tolerance: ClassVar[float] = 0.002
+    """Distance that the predicted crossing must move before the cup follows [m]; chosen."""
     settle_time: float = setting(
         0.10, "time before the arrival of the ball from which the cup stands still", "s", (0.0, 1.0)
     )
-    settle_tolerance: float = setting(
-        0.006, "distance that the predicted crossing must move before a settled cup follows", "m", (0.0, 0.1)
-    )
-    rest_time: float = setting(0.4, "time after which a ball in the cup is at rest", "s", (0.05, 5.0))
-    trust_time: float = setting(0.45, "age up to which a predicted crossing is trusted", "s", (0.05, 5.0))
+    settle_tolerance: ClassVar[float] = 0.006
+    """Distance that the predicted crossing must move before a settled cup follows [m]; chosen."""
+    rest_time: ClassVar[float] = 0.4
+    """Time after which a ball in the cup is at rest [s]; chosen."""
+    trust_time: ClassVar[float] = 0.45
+    """Age up to which a predicted crossing is trusted [s]; chosen."""
     ready_after: float = setting(0.3, "time of waiting in place after which the arm is ready", "s", (0.0, 10.0))
 
 
@@ -161,16 +186,20 @@ class CatchConfig:
 class TouchConfig:
     """The guarded move that touches the board. Each setting is described by its ``help``."""
 
-    descent_speed: float = setting(0.006, "largest speed of the probe while it searches the board", "m/s", (0.001, 0.1))
-    travel_speed: float = setting(0.5, "largest speed of the probe between the marks", "m/s", (0.01, 1.0))
-    clearance: float = setting(
-        0.03, "height above the jogged poses at which the probe passes the pegs", "m", (0.0, 0.2)
-    )
-    reach_below: float = setting(0.04, "depth below the jogged pose to which the board is searched", "m", (0.001, 0.2))
+    descent_speed: ClassVar[float] = 0.006
+    """Largest speed of the probe while it searches the board [m/s]; chosen."""
+    travel_speed: ClassVar[float] = 0.5
+    """Largest speed of the probe between the marks [m/s]; chosen."""
+    clearance: ClassVar[float] = 0.03
+    """Height above the jogged poses at which the probe passes the pegs [m]; chosen."""
+    reach_below: ClassVar[float] = 0.04
+    """Depth below the jogged pose to which the board is searched [m]; chosen."""
     threshold: float = setting(2.5, "force that counts as a touch", "N", (0.1, 50.0))
     samples: int = setting(2, "consecutive samples above the threshold that make a touch", "", (1, 100))
-    settle: float = setting(0.1, "rest over the mark before the descent", "s", (0.0, 5.0))
-    force_time_constant: float = setting(0.005, "time constant of the force's low-pass filter", "s", (0.001, 1.0))
+    settle: ClassVar[float] = 0.1
+    """Rest over the mark before the descent [s]; chosen."""
+    force_time_constant: ClassVar[float] = 0.005
+    """Time constant of the force's low-pass filter [s]; chosen."""
 
 
 def touch_delay(config: GraspConfig) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.regular_file import printable
-from drake_tracker.core.setting import allowed, as_tuple, key_of, kinds_of, list_kinds, settings_of
+from drake_tracker.core.setting import allowed, as_tuple, constants_of, key_of, kinds_of, list_kinds, settings_of
 from drake_tracker.scenarios.tree import Value, parse, tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
@@ -88,9 +88,13 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
         errors.append(f"{value.origin}: {key or 'the scenario'} must be a mapping of settings, not {_show(value)}")
         return kind()
     fields = {key_of(field): field for field in settings_of(kind)}
+    constants = constants_of(kind)
     values = {}
     for name, item in (_kept(value, fields) | data).items():
         item_key = f"{key}.{name}" if key else name
+        if name not in fields and name in constants:
+            _check_constant(item, item_key, constants[name], errors)
+            continue
         if name not in fields:
             if len(name) > _LONGEST_NAME:
                 errors.append(f"{item.origin}: there is no setting {item_key[: len(item_key) - len(name) + 57]}...")
@@ -102,6 +106,25 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
         field = fields[name]
         values[field.name] = read(item, field.type, item_key, errors, origins, field.metadata, root)
     return kind(**values)
+
+
+def _check_constant(value: Value, key: str, constant: Any, errors: list[str]) -> None:
+    """Appends a problem when a former setting does not have the value at which it is fixed today."""
+    if dataclasses.is_dataclass(constant) and isinstance(value.data, dict):
+        known = constants_of(type(constant))
+        for name, item in value.data.items():
+            if name in known:
+                _check_constant(item, f"{key}.{name}", known[name], errors)
+            else:
+                errors.append(f"{item.origin}: there is no setting {key}.{name}")
+    elif value.tag or as_tuple(_plain(value)) != constant:
+        errors.append(f"{value.origin}: {key} is no longer a setting; it is fixed at {_plain_text(constant)}")
+
+
+def _plain_text(constant: Any) -> str:
+    if isinstance(constant, tuple):
+        return f"[{', '.join(map(_plain_text, constant))}]"
+    return "empty" if constant is None else f"{constant:g}" if isinstance(constant, float) else str(constant)
 
 
 def _kept(value: Value, fields: Mapping[str, Any]) -> dict[str, Value]:

@@ -6,12 +6,11 @@ at once.
 """
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.silhouettes.target import TARGETS
-from drake_tracker.vision.silhouettes.target_config import First
+from drake_tracker.vision.silhouettes.target_config import TARGETS, First
 
 if TYPE_CHECKING:
     from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
@@ -26,16 +25,20 @@ class NormalFlow:
     path: str = setting("integer", "arithmetic", choices=("integer", "float"))
     stride: int | None = setting(None, "cycles between the images used", "cycles", (1, 4))
     threshold_px: float | None = setting(None, "normal flow that counts as motion", "px", (0.01, 100.0))
-    threshold_window_s: float | None = setting(None, "time in which the threshold is measured", "s", (0.001, 1.0))
-    difference_gate: float | None = setting(None, "least temporal difference", "grey levels", (0.0, 255.0))
+    threshold_window_s: ClassVar[float | None] = None
+    """Time in which the threshold is measured [s]; chosen."""
+    difference_gate: ClassVar[float | None] = None
+    """Least temporal difference [grey levels]; chosen."""
     noise_factor: float | None = setting(
         None, "raises the gate to this many standard deviations of the noise", "", (0.0, 50.0)
     )
     normalise_gain: bool | None = setting(None, "compensate for changes of the whole image's brightness")
-    denominator_floor: float | None = setting(None, "least gradient used", "grey levels/px", (0.0, 255.0))
+    denominator_floor: ClassVar[float | None] = None
+    """Least gradient used [grey levels/px]; chosen."""
     norm: str | None = setting(None, "norm of the gradient", choices=("l1", "l2"))
     smoothing_size: int | None = setting(None, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: float | None = setting(None, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    smoothing_sigma: ClassVar[float | None] = None
+    """Standard deviation of the Gaussian [px]; chosen."""
     min_pixels: int | None = setting(None, "moving pixels that make a valid centroid", "px", (1, 65536))
     join_distance: int | None = setting(None, "gap across which the hull joins edges", "px", (1, 512))
     brightness_gate: bool | None = setting(None, "drop moving pixels never brighter than the background: shadows")
@@ -62,7 +65,8 @@ class BinaryImage:
     """What all detectors share that threshold a single binary image."""
 
     smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    smoothing_sigma: ClassVar[float] = 1.0
+    """Standard deviation of the Gaussian [px]; chosen."""
     min_pixels: int = setting(6, "white pixels that make a valid centroid", "px", (1, 65536))
     centroid: str = setting("hull", "mean of the white pixels, or of their convex hull", choices=("mean", "hull"))
     join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
@@ -98,18 +102,18 @@ class Contrast:
     """What counts as an object in the difference from the empty scene, and what as its shadow."""
 
     threshold: float = setting(10.0, "least difference from the background that counts", "grey levels", (1.0, 255.0))
-    noise_factor: float = setting(
-        5.0, "raises the threshold to this many standard deviations of the noise", "", (0.0, 50.0)
-    )
-    learning_rate: float = setting(0.02, "share of each image in the background", "", (0.0, 1.0))
-    shadow_darkest: float = setting(
-        0.25, "least brightness of a shadow, as a share of the background's", "", (0.0, 1.0)
-    )
-    shadow_lightest: float = setting(0.97, "largest brightness of a shadow, as such a share", "", (0.0, 1.0))
-    shadow_spread: float = setting(0.22, "largest change of colour in a shadow, 0: no test for shadows", "", (0.0, 2.0))
-    body_share: float = setting(
-        0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
-    )
+    noise_factor: ClassVar[float] = 5.0
+    """Raises the threshold to this many standard deviations of the noise; chosen."""
+    learning_rate: ClassVar[float] = 0.02
+    """Share of each image in the background; chosen."""
+    shadow_darkest: ClassVar[float] = 0.25
+    """Least brightness of a shadow, as a share of the background's; chosen."""
+    shadow_lightest: ClassVar[float] = 0.97
+    """Largest brightness of a shadow, as such a share; chosen."""
+    shadow_spread: ClassVar[float] = 0.22
+    """Largest change of colour in a shadow, 0: no test for shadows; chosen."""
+    body_share: ClassVar[float] = 0.25
+    """Share of a region that is not shadow-like from which on the rest counts as its shadow; chosen."""
 
 
 @dataclass(frozen=True)
@@ -126,12 +130,18 @@ class CameraMotion:
     """What counts as motion of the camera itself, and which images cannot be aligned."""
 
     still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
-    largest_std: float = setting(0.2, "largest expected error of a displacement", "px", (0.01, 2.0))
-    least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
-    rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
-    steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
-    steady_images: int = setting(30, "images after which the camera counts as displaced for good", "", (1, 3600))
-    largest_side: int = setting(480, "longer side above which an image is used at lower resolution", "px", (64, 4096))
+    largest_std: ClassVar[float] = 0.2
+    """Largest expected error of a displacement [px]; chosen."""
+    least_overlap: ClassVar[float] = 0.4
+    """Least share of the reference's edges within an image; chosen."""
+    rebuild_overlap: ClassVar[float] = 0.75
+    """Share below which the reference should be replaced; chosen."""
+    steadiness: ClassVar[float] = 0.3
+    """Displacement between images of a camera that stays displaced [px]; chosen."""
+    steady_images: ClassVar[int] = 30
+    """Images after which the camera counts as displaced for good; chosen."""
+    largest_side: ClassVar[int] = 480
+    """Longer side above which an image is used at lower resolution [px]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +168,8 @@ class SilhouetteTracker:
     coast_time: float = setting(
         2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0), shared=True
     )
-    largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
+    largest_std: ClassVar[float] = 0.03
+    """Largest standard deviation of a point that is used [m]; chosen."""
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
 
 
@@ -187,16 +198,14 @@ class MeasuredParts:
     The defaults are the errors of the vision with cameras (`tasks.conveyor.vision_errors`), on seeds 5 and 21 to 24.
     """
 
-    noise_std: float = setting(
-        0.0003, "standard deviation of the position that changes in every cycle", "m", (0.0, 0.05)
-    )
-    bias_std: float = setting(0.00025, "standard deviation of the position that each part keeps", "m", (0.0, 0.05))
-    turn_noise_std_deg: float = setting(
-        1.0, "standard deviation of the direction that changes in every cycle", "deg", (0.0, 45.0)
-    )
-    turn_bias_std_deg: float = setting(
-        0.8, "standard deviation of the direction that each part keeps", "deg", (0.0, 45.0)
-    )
+    noise_std: ClassVar[float] = 0.0003
+    """Standard deviation of the position that changes in every cycle [m]; measured, see above."""
+    bias_std: ClassVar[float] = 0.00025
+    """Standard deviation of the position that each part keeps [m]; measured, see above."""
+    turn_noise_std_deg: ClassVar[float] = 1.0
+    """Standard deviation of the direction that changes in every cycle [deg]; measured, see above."""
+    turn_bias_std_deg: ClassVar[float] = 0.8
+    """Standard deviation of the direction that each part keeps [deg]; measured, see above."""
     lag_cycles: int = setting(
         15, "time from the capture of an image to the parts in it", "cycles", (0, 120), shared=True
     )
@@ -206,16 +215,11 @@ class MeasuredParts:
 class BeltParts(Contrast):
     """Finds the parts on a moving belt: what stands out from the empty belt, and has the outline of a part."""
 
-    largest_misfit: float = setting(
-        0.03,
-        "mean square of the difference between silhouette and outline up to which a new part is one; a known part may "
-        "have twice as much",
-        "",
-        (0.01, 1.0),
-    )
+    largest_misfit: ClassVar[float] = 0.03
+    """Mean square of the difference between silhouette and outline up to which a new part is one; a known part may
+    have twice as much; chosen."""
     confirm_after: int = setting(8, "pairs of images after which a new part is reported", "", (1, 1000))
     coast_time: float = setting(3.0, "time after which a part that the arm hides is forgotten", "s", (0.05, 60.0))
-    lost_after: float = setting(
-        0.3, "time after which a part that is not where it should be is forgotten", "s", (0.0, 60.0)
-    )
+    lost_after: ClassVar[float] = 0.3
+    """Time after which a part that is not where it should be is forgotten [s]; chosen."""
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")

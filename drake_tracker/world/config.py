@@ -1,6 +1,7 @@
 """Settings of the simulated laboratories: what stands where, and how the cameras look at it."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from drake_tracker.core.setting import setting
 
@@ -191,7 +192,8 @@ class BoardConfig:
     edge_position: tuple[float, ...] = setting(
         [0.55, 0.0, 0.50], "middle of the bottom edge in the world", "m", (-2.0, 2.0), shape=(3,)
     )
-    placement_range: float = setting(0.01, "largest random displacement of the board in x and in y", "m", (0.0, 0.1))
+    placement_range: ClassVar[float] = 0.01
+    """Largest random displacement of the board in x and in y [m]; chosen."""
     rotation_range_deg: float = setting(
         2.0, "largest random rotation of the board about the vertical", "deg", (0.0, 20.0)
     )
@@ -250,6 +252,5 @@ class OperatorConfig:
     threshold: float = setting(
         110.0, "brightest grey level at which a pixel in a window counts as dark", "grey levels", (1.0, 254.0)
     )
-    placing_std: float = setting(
-        0.0005, "standard deviation of the tip's placement error over a mark, per axis", "m", (0.0, 0.01)
-    )
+    placing_std: ClassVar[float] = 0.0005
+    """Standard deviation of the tip's placement error over a mark, per axis [m]; chosen."""

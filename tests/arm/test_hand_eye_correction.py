@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from variants import variant
 
 from drake_tracker.arm.config import HandEyeConfig
 from drake_tracker.arm.hand_eye_correction import LEAST, OUTLIERS, Doubt, HandEyeCorrection, describe_doubt
@@ -84,7 +85,7 @@ def test_implausible_measurements_move_nothing(make, doubt):
 
 
 def test_the_correction_is_kept_for_a_while_and_then_fades():
-    edge = HandEyeCorrection(HandEyeConfig(keep=1.0))
+    edge = HandEyeCorrection(variant(HandEyeConfig, keep=1.0)())
     state, _ = run(edge, 1.5, seen)
     kept, _ = run(edge, 2.3, lambda stamp: np.zeros(message_size(HandPoint)), state, 1.5)
     np.testing.assert_allclose(kept.correction, BIAS, atol=1e-3)

@@ -9,6 +9,7 @@ from packets import TABLE_HEIGHT, VOLUME, circle_packet, with_knots
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
+from variants import variant
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
@@ -106,7 +107,7 @@ def test_the_hand_is_over_the_object_although_the_cameras_are_wrong(model):
 
 
 def test_the_arm_goes_on_when_its_hand_is_hidden(model):
-    log = run(model, HandEyeCorrection(HandEyeConfig(keep=0.2)), 2.1, hidden=0.5)
+    log = run(model, HandEyeCorrection(variant(HandEyeConfig, keep=0.2)()), 2.1, hidden=0.5)
     times, rows = log["hand_correction"]
     used = rows[:, HandCorrection.get_fields().index("used")] > 0
     assert used[(times > 0.5) & (times < 0.9)].all() and not used[times > 1.0].any()

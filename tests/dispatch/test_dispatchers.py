@@ -115,11 +115,12 @@ def test_look_ahead_first_picks_the_part_that_will_leave():
     assert choose(LookAhead(), parts).numbers == (2, 1)
 
 
-def test_a_beam_finds_a_plan_of_parts_that_are_too_many_for_an_exact_search():
+def test_a_beam_finds_a_plan_of_parts_that_are_too_many_for_an_exact_search(monkeypatch):
     parts = random_parts(5, 10, last=0.0)
-    exact = choose(LookAhead(exact_up_to=12), parts)
-    beam = choose(LookAhead(exact_up_to=4, width=8), parts)
-    narrow = choose(LookAhead(exact_up_to=4, width=1), parts)
+    monkeypatch.setattr(LookAhead, "exact_up_to", 12)
+    exact = choose(LookAhead(), parts)
+    monkeypatch.setattr(LookAhead, "exact_up_to", 4)
+    beam, narrow = choose(LookAhead(width=8), parts), choose(LookAhead(width=1), parts)
     assert len(narrow.numbers) <= len(beam.numbers) <= len(exact.numbers)
     assert narrow.number == choose(Greedy(), parts).number
 

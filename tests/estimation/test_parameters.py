@@ -4,13 +4,13 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.config import CoordinatedTurn, PhaseFilterConfig
+from drake_tracker.estimation.config import CoordinatedTurn
 
 NOT_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)
 PARAMETERS = {
     "arc_length": ("period", "start_sigma", "systematic_std", "min_speed", "restart_after", "baseline_factor", "order"),
-    "alpha_beta_gamma": ("tracking_index", "vertical_tracking_index", "period", "systematic_std", "restart_after"),
-    "coordinated_turn": ("speed_noise", "sharp_bend_noise", "sharp_bend_length", "systematic_std", "restart_after"),
+    "alpha_beta_gamma": ("tracking_index", "period", "systematic_std", "restart_after"),
+    "coordinated_turn": ("systematic_std", "restart_after"),
     "closed_path": ("systematic_std",),
 }
 
@@ -30,7 +30,6 @@ def test_a_value_that_is_not_a_number_is_named_at_construction(kind, name):
         ("arc_length", {"baseline": 601}, r"baseline is 601; it must be a whole number in 0\.\.600"),
         ("closed_path", {"turn": {"bend_noise": 1.0}}, "coordinated_turn: settings are {.*}; they must be a Coord"),
         ("closed_path", {"turn": CoordinatedTurn(bend_noise=0.0)}, "bend_noise is 0.0"),
-        ("closed_path", {"phase": PhaseFilterConfig(fading=0.0)}, "phase_filter: fading is 0.0"),
         ("closed_path", {"phase": 3}, "phase_filter: settings are 3; they must be a PhaseFilterConfig"),
         ("alpha_beta_gamma", {"tracking_index": 1e-300}, "tracking_index is 1e-300; it must be 1e-30 or more"),
         ("inclined_plane", {}, "inclined_plane: .*X_WB"),

@@ -84,10 +84,10 @@ import itertools, sys, time
 from pathlib import Path
 import numpy as np
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.recording import Recording
+from drake_tracker.footage.recording import FootageRecorder
 image = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
 frames = lambda: ((k / 30, np.roll(image, k)) for k in itertools.count())
-recording = Recording(Footage("camera 0", (64, 48), frames, epoch=0.0, rate=30.0))
+recording = FootageRecorder(Footage("camera 0", (64, 48), frames, epoch=0.0, rate=30.0))
 recording.begin(Path(sys.argv[1]))
 for time_, _ in recording.footage.frames():
     time.sleep(0.002)

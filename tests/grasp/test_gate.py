@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from variants import variant
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
@@ -74,7 +75,7 @@ def target_at(stamp):
 
 def test_touch_delay_and_horizon_add_up():
     parameters = dataclasses.replace(
-        PARAMETERS, jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
+        PARAMETERS, jaw_opening=0.088, object_width=0.04, descent_duration=0.36, closing_lead=0.10
     )
     assert touch_delay(parameters) == pytest.approx(0.12)
     target = ServoTarget(np.zeros(14))
@@ -145,10 +146,11 @@ def test_a_filter_with_a_large_std_is_trusted_where_it_was_right_before():
     assert judge_with(0.02, memory_of(*pass_here(30.0))) == Gate.OPEN
 
 
-def test_places_beyond_the_radius_are_not_used():
+def test_places_beyond_the_radius_are_not_used(monkeypatch):
     elsewhere = [record(20.0 + 0.03 * k, circle(30.0) + [0.04, 0, 0, 0], lateral=0.0) for k in range(5)]
-    assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.03)[0] == Gate.NO_MEMORY
-    assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.05)[0] == Gate.OPEN
+    assert judge(memory_of(*elsewhere), 30.0)[0] == Gate.NO_MEMORY
+    monkeypatch.setattr(GraspConfig, "memory_radius", 0.05)
+    assert judge(memory_of(*elsewhere), 30.0)[0] == Gate.OPEN
 
 
 def watched(until, path, start=1.0):
@@ -169,10 +171,9 @@ def test_an_open_track_is_accepted_only_after_the_straight_length():
 
 def test_a_bend_is_not_straight_however_long_it_was_watched():
     memory = watched(4.0, circle)
-    assert not is_straight(dataclasses.replace(PARAMETERS, straight_length=0.15), memory, packet_at(4.0, circle))
-    assert is_straight(
-        dataclasses.replace(PARAMETERS, straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle)
-    )
+    short, loose = {"straight_length": 0.15}, {"straight_length": 0.15, "straight_tolerance": 0.1}
+    assert not is_straight(variant(GraspConfig, **short)(), memory, packet_at(4.0, circle))
+    assert is_straight(variant(GraspConfig, **loose)(), memory, packet_at(4.0, circle))
     assert judge(memory, 4.0, circle)[0] == Gate.NO_MEMORY
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from belt_parts import BELT_HEIGHT, part_state
 from pydrake.systems.analysis import Simulator
+from variants import variant
 
 from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS, PartTracks, message_rows
 from drake_tracker.core.part_kinds import PartKind
@@ -12,7 +13,7 @@ from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, M
 from drake_tracker.vision.config import MeasuredParts
 
 VIEW = np.array([[0.48, -0.45], [0.72, 0.50]])
-EXACT = MeasuredParts(noise_std=0.0, bias_std=0.0, turn_noise_std_deg=0.0, turn_bias_std_deg=0.0)
+EXACT = variant(MeasuredParts, noise_std=0.0, bias_std=0.0, turn_noise_std_deg=0.0, turn_bias_std_deg=0.0)()
 
 
 def make(states, settings=EXACT, kinds=None, seed=1):
@@ -69,7 +70,7 @@ def test_when_there_are_more_parts_than_slots_those_farthest_downstream_are_repo
 
 
 def test_the_errors_have_the_standard_deviations_of_the_settings_and_part_of_them_stays():
-    settings = MeasuredParts(noise_std=0.002, bias_std=0.004, turn_noise_std_deg=1.0, turn_bias_std_deg=3.0)
+    settings = variant(MeasuredParts, noise_std=0.002, bias_std=0.004, turn_noise_std_deg=1.0, turn_bias_std_deg=3.0)()
     states = [part_state(PartKind.BOX, 0.5 + 0.01 * k, 0.0, 0.0) for k in range(PART_SLOTS)]
     found = np.array([
         seen(states, VISION_PERIOD * cycle, settings=settings, seed=seed)[:, [0, 2, 3, 5]]

@@ -287,7 +287,7 @@ def test_settings_of_an_estimator_suit_pixels(folder, source):
     ("settings", "in_pixels", "scaled"),
     [
         (CoordinatedTurn(), False, True),
-        (CoordinatedTurn(speed_noise=0.01), False, False),
+        (CoordinatedTurn(ready_after=0.5), False, False),
         (AlphaBetaGamma(tracking_index=0.01), True, True),
         (Custom("anything.Anything"), True, False),
     ],

@@ -157,8 +157,8 @@ def test_a_plane_that_only_the_motion_misses_is_named(folder, capsys):
 
 def test_an_estimator_that_raises_midway_leaves_the_track_so_far(folder, monkeypatch, capfd):
     (folder / "late.py").write_text(
-        "from drake_tracker.estimation.parts.turn_filter import CoordinatedTurnEstimator\n"
-        "class Late(CoordinatedTurnEstimator):\n"
+        "from drake_tracker.estimation.parts.turn_filter import TurnFilter\n"
+        "class Late(TurnFilter):\n"
         "    def update(self, state, stamp, p_WQ):\n"
         "        if stamp > 1.5:\n"
         "            raise ValueError('too late')\n"

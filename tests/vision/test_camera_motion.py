@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from variants import variant
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.faults.camera_faults import turned
@@ -110,7 +111,7 @@ def test_a_mask_excludes_an_object_that_covers_more_than_half():
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, -1.0), (-0.7, 0.7)])
 def test_a_pan_is_followed_and_the_reference_replaced_in_time(direction):
-    settings = CameraMotion(rebuild_overlap=0.85)
+    settings = variant(CameraMotion, rebuild_overlap=0.85)()
     rng, camera, errors, replaced = np.random.default_rng(7), Camera(settings=settings), [], 0
     for k in range(110):
         image, truth = shoot(rng, 0.5 * k * np.array(direction), body=80)
@@ -138,7 +139,7 @@ def test_without_a_new_reference_a_pan_ends_in_unusable_images():
 def test_a_knocked_camera_is_compensated_at_once_and_displaced_after_a_while(knock):
     rng = np.random.default_rng(9)
     shots = [shoot(rng, knock if k >= 10 else (0.0, 0.0), body=20 + k) for k in range(60)]
-    verdicts, errors = watch(shots, Camera(settings=CameraMotion(steady_images=30)))
+    verdicts, errors = watch(shots, Camera(settings=variant(CameraMotion, steady_images=30)()))
     assert verdicts == 10 * [Verdict.STILL] + 30 * [Verdict.COMPENSATED] + 20 * [Verdict.DISPLACED]
     assert errors.max() < 0.2
 
@@ -189,7 +190,7 @@ def test_a_blurred_image_is_unusable():
 
 @pytest.mark.parametrize("grain", [1.3, 4.0])
 def test_another_scene_is_unusable_and_the_reference_must_be_replaced_after_a_while(grain):
-    rng, camera = np.random.default_rng(15), Camera(settings=CameraMotion(steady_images=5))
+    rng, camera = np.random.default_rng(15), Camera(settings=variant(CameraMotion, steady_images=5)())
     seen = [camera.see(shoot(rng, scene=texture(SIZE, 60.0, 9.0, grain, seed=20 + k))[0]) for k in range(12)]
     assert {item.verdict for item in seen} == {Verdict.UNUSABLE}
     assert [item.rebuild for item in seen] == 5 * [False] + 7 * [True]
@@ -285,5 +286,5 @@ def test_images_that_do_not_fit_are_refused(image, message):
 
 
 def test_settings_outside_their_range_are_refused():
-    with pytest.raises(DrakeTrackerError, match="camera motion: steady_images is 0"):
-        CameraMotionDetector(CameraMotion(steady_images=0))
+    with pytest.raises(DrakeTrackerError, match="camera motion: still is 0"):
+        CameraMotionDetector(CameraMotion(still=0.0))

@@ -207,7 +207,6 @@ def test_a_lag_shorter_than_the_latency_is_refused(small_laboratory):
         SilhouetteTracker(min_pixels=0),
         SilhouetteTracker(confirm_after=0),
         SilhouetteTracker(coast_time=-1.0),
-        SilhouetteTracker(largest_std=0.0),
         SilhouetteTracker(target=Coloured("gold")),
         SilhouetteTracker(target=Coloured("#d0b040", tolerance=-5.0)),
         SilhouetteTracker(target=Inside(((0.7, 0.2, 0.6), (0.4, -0.2, 0.4)))),

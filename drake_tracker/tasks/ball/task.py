@@ -96,7 +96,7 @@ class BallTask(Task[BallScenario]):
     )
     changeable = {  # noqa: RUF012
         "points": _ALWAYS_CHANGEABLE,
-        "centroids": (*_ALWAYS_CHANGEABLE, "vision.centroid_height", "vision.tolerance"),
+        "centroids": (*_ALWAYS_CHANGEABLE, "vision.tolerance"),
         "images": (*_ALWAYS_CHANGEABLE, "vision"),
     }
     has_autopsy = False

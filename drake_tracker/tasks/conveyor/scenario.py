@@ -107,7 +107,7 @@ class ConveyorScenario(BaseScenario):
     vision: Rendered | Measured = setting(Rendered, "from the belt to the poses of the parts on it")
     estimator: Belt = setting(Belt, "from poses to predicted paths")
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
-    eligibility: Eligibility = setting(Eligibility, "which parts may be picked")
+    eligibility: ClassVar[Eligibility] = Eligibility()
     window: PickWindow = setting(PickWindow, "where parts may be picked")
     cycle: CycleTime = setting(CycleTime, "what the dispatcher knows about the time that the arm takes")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
@@ -131,7 +131,7 @@ class ConveyorScenario(BaseScenario):
         if self.window.y_last > self.belt.end:
             found.append(("window.y_last", "must be at most belt.end, where parts are missed"))
         if self.tray.cell >= self.tray.pitch:
-            found.append(("tray.cell", "must be less than tray.pitch, or there is no room for the walls"))
+            found.append(("tray.cell", f"must be less than {self.tray.pitch:g} m, or there is no room for the walls"))
         widest = max(shape.width for shape in PART_SHAPES.values())
         if self.pick.jaw_opening <= widest:
             found.append(("pick.jaw_opening", f"must be more than {widest:g} m, the width of the widest part"))
@@ -139,8 +139,6 @@ class ConveyorScenario(BaseScenario):
             found.append(("belt.entry", "must be less than window.y_last, or no part could be picked"))
         if isinstance(self.cameras.wrist, WristCamera):
             found.append(("cameras.wrist", "must be !NoWristCamera: the hand carries no camera in this task"))
-        if not sum(self.arrivals.mix) > 0.0:
-            found.append(("arrivals.mix", "must be positive for at least one kind of part"))
         for number, fault in enumerate(self.faults):
             where, name = f"faults[{number}]", type(fault).__name__
             if isinstance(fault, EncoderJump | EncoderStopped) and not self.belt.encoder:

@@ -13,7 +13,7 @@ from drake_tracker.estimation.config import ArcLength
 from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE
+from drake_tracker.grasp.jaws import WIDTH_TOLERANCE
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
@@ -290,12 +290,6 @@ def grasp_problems(scenario: TrainScenario) -> Problems:
                 f"must be at least {needed:g} m: the object counts as lifted from {LIFTED:g} m above its track",
             )
         )
-    closing = touch_delay(grasp) + GRIP_CONFIRMED
-    if grasp.close_timeout <= closing:
-        key = set_by_user(scenario, ["grasp.close_timeout", "grasp.jaw_speed"])
-        found.append(
-            (key, f"gives the jaws {grasp.close_timeout:g} s, but they need {closing:.3g} s to close and grip")
-        )
     return found + _blind_time_problems(scenario)
 
 
@@ -305,7 +299,7 @@ def _blind_time_problems(scenario: TrainScenario) -> Problems:
     descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
     if lag + descent <= PATH_DURATION:
         return []
-    keys = ["vision.lag_cycles", "grasp.jaw_speed", "grasp.descent_duration"]
+    keys = ["vision.lag_cycles", "grasp.descent_duration"]
     return [
         (
             set_by_user(scenario, keys),

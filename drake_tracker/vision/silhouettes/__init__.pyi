@@ -6,11 +6,11 @@ from .object_shape import ObjectShape as ObjectShape
 from .regions import Region as Region
 from .regions import make_regions as make_regions
 from .silhouettes import find_silhouettes as find_silhouettes
-from .target import TARGETS as TARGETS
 from .target import Reason as Reason
 from .target import TargetRule as TargetRule
 from .target import choose_target as choose_target
 from .target import make_target_rule as make_target_rule
+from .target_config import TARGETS as TARGETS
 from .target_config import Coloured as Coloured
 from .target_config import First as First
 from .target_config import Inside as Inside

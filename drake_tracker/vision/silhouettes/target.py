@@ -4,29 +4,8 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, Protocol, runtime_checkable
 
-from drake_tracker.core.registry import Registry
-from drake_tracker.vision.silhouettes.target_config import (
-    Coloured,
-    First,
-    Inside,
-    Largest,
-    Nearest,
-    Selected,
-)
+from drake_tracker.vision.silhouettes.target_config import TARGETS
 from drake_tracker.vision.silhouettes.track_3d import Track3D, TrackState
-
-TARGETS: "Registry[TargetRule]" = Registry(
-    "target",
-    {
-        First: "drake_tracker.vision.silhouettes.target_rules:FirstRule",
-        Largest: "drake_tracker.vision.silhouettes.target_rules:LargestRule",
-        Nearest: "drake_tracker.vision.silhouettes.target_rules:NearestRule",
-        Inside: "drake_tracker.vision.silhouettes.target_rules:InsideRule",
-        Coloured: "drake_tracker.vision.silhouettes.target_rules:ColouredRule",
-        Selected: "drake_tracker.vision.silhouettes.target_rules:SelectedRule",
-    },
-)
-"""Every rule of the package by its settings; the one place where a rule is registered."""
 
 
 class Reason(IntEnum):

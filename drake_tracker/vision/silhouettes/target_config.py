@@ -5,7 +5,9 @@ The name of a class is its YAML tag. Values are checked when the rule of the set
 """
 
 from dataclasses import dataclass
+from typing import Any
 
+from drake_tracker.core.registry import Registry
 from drake_tracker.core.setting import setting
 
 
@@ -47,3 +49,17 @@ class Coloured:
 @dataclass(frozen=True)
 class Selected:
     """Follows the object that the operator selects in the live page, and nothing until then."""
+
+
+TARGETS: "Registry[Any]" = Registry(
+    "target",
+    {
+        First: "drake_tracker.vision.silhouettes.target_rules:FirstRule",
+        Largest: "drake_tracker.vision.silhouettes.target_rules:LargestRule",
+        Nearest: "drake_tracker.vision.silhouettes.target_rules:NearestRule",
+        Inside: "drake_tracker.vision.silhouettes.target_rules:InsideRule",
+        Coloured: "drake_tracker.vision.silhouettes.target_rules:ColouredRule",
+        Selected: "drake_tracker.vision.silhouettes.target_rules:SelectedRule",
+    },
+)
+"""Every rule of the package by its settings; the one place where a rule is registered."""

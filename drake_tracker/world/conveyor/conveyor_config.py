@@ -1,6 +1,7 @@
 """Settings of the simulated conveyor: the belt, the parts that it brings, and the trays."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,13 +27,12 @@ class BeltConfig:
         "second_speed, and so on",
         choices=BELT_MOTIONS,
     )
-    first_duration: float = setting(
-        6.0, "for stop_and_go and two_speed: time at speed before each change", "s", (0.1, 3600.0)
-    )
-    second_duration: float = setting(
-        2.0, "for stop_and_go and two_speed: time at rest or at second_speed", "s", (0.1, 3600.0)
-    )
-    second_speed: float = setting(0.25, "for two_speed: the other speed", "m/s", (0.0, 0.4))
+    first_duration: ClassVar[float] = 6.0
+    """For stop_and_go and two_speed: time at speed before each change [s]; chosen."""
+    second_duration: ClassVar[float] = 2.0
+    """For stop_and_go and two_speed: time at rest or at second_speed [s]; chosen."""
+    second_speed: ClassVar[float] = 0.25
+    """For two_speed: the other speed [m/s]; chosen."""
     acceleration: float = setting(0.5, "acceleration from one speed to another", "m/s^2", (0.05, 3.0))
     middle: float = setting(0.60, "x of the middle of the belt", "m", (0.3, 1.0))
     width: float = setting(0.24, "width of the belt", "m", (0.1, 0.5))
@@ -56,9 +56,8 @@ class ArrivalsConfig:
     variation: float = setting(
         0.3, "for even: largest deviation of a space between parts from the mean one, as a share of it", "", (0.0, 1.0)
     )
-    mix: tuple[float, ...] = setting(
-        [1.0, 1.0, 1.0], "how often boxes, discs and ells come, relative to each other", "", (0.0, 100.0), shape=(3,)
-    )
+    mix: ClassVar[tuple[float, ...]] = (1.0, 1.0, 1.0)
+    """How often boxes, discs and ells come, relative to each other; chosen."""
     gap: float = setting(0.015, "smallest distance along the belt between parts that do not touch", "m", (0.005, 0.5))
     touching: float = setting(0.0, "share of the parts that touch the part before them", "", (0.0, 0.9))
     lateral: float = setting(0.05, "largest distance of a part from the middle of the belt", "m", (0.0, 0.2))
@@ -75,16 +74,13 @@ class TrayConfig:
 
     columns: int = setting(2, "columns of a tray", "", (1, 6))
     rows: int = setting(6, "rows of a tray", "", (1, 12))
-    pitch: float = setting(0.065, "distance between the centres of neighbouring cells", "m", (0.05, 0.2))
+    pitch: ClassVar[float] = 0.065
+    """Distance between the centres of neighbouring cells [m]; chosen."""
     cell: float = setting(0.062, "side of a cell between its walls", "m", (0.04, 0.2))
-    wall_height: float = setting(0.004, "height of the walls above the floors of the cells", "m", (0.002, 0.05))
-    first_cell: tuple[float, ...] = setting(
-        [0.345, 0.19],
-        "x and distance from the x axis of the centre of the cell in the first column and row",
-        "m",
-        (0.0, 1.5),
-        shape=(2,),
-    )
+    wall_height: ClassVar[float] = 0.004
+    """Height of the walls above the floors of the cells [m]; chosen."""
+    first_cell: ClassVar[tuple[float, ...]] = (0.345, 0.19)
+    """X and distance from the x axis of the centre of the cell in the first column and row [m]; chosen."""
 
 
 def cell_centres(tray: TrayConfig) -> np.ndarray:

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from variants import variant
 
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.motion.servo import RESTART_DISTANCE, Servo
@@ -148,7 +149,7 @@ def test_without_packets_it_follows_the_last_path_then_coasts_and_then_gives_up(
 
 
 def test_the_target_is_stale_after_stale_after_without_packets_until_the_next_packet():
-    servo = Servo(ServoConfig(stale_after=0.2), lead=LEAD)
+    servo = Servo(variant(ServoConfig, stale_after=0.2)(), lead=LEAD)
     first = servo.update(servo.initial_state(), 1.0, packet_at(0.75), Frozen.FREE)
     assert not first.stale
     states = run(servo, 1.0 + SERVO_PERIOD, 1.5, lambda time: packet_at(0.75), first)

@@ -14,6 +14,7 @@ from packets import (
     with_fields,
     with_knots,
 )
+from variants import variant
 
 from drake_tracker.arm.config import PacketGuardConfig
 from drake_tracker.arm.safety.packet_guard import (
@@ -93,10 +94,10 @@ def test_without_a_table_a_path_may_fall_through_the_floor():
     "settings, packet, rejection",
     [
         (PacketGuardConfig(margin=0.0), with_knots(GOOD, moved(0.18, 0, 0, 0, 0)), Rejection.OUTSIDE),
-        (PacketGuardConfig(max_speed=0.7), along_x(0.4 + TIMES), Rejection.TOO_FAST),
-        (PacketGuardConfig(clock_tolerance=0.0), shifted(GOOD, LAG + 0.0005), Rejection.FUTURE),
+        (variant(PacketGuardConfig, max_speed=0.7)(), along_x(0.4 + TIMES), Rejection.TOO_FAST),
+        (variant(PacketGuardConfig, clock_tolerance=0.0)(), shifted(GOOD, LAG + 0.0005), Rejection.FUTURE),
         (
-            PacketGuardConfig(table_tolerance=0.01),
+            variant(PacketGuardConfig, table_tolerance=0.01)(),
             with_knots(with_knots(GOOD, column(2, TABLE_HEIGHT - 0.02)), column(4, 0.1)),
             Rejection.BELOW_TABLE,
         ),

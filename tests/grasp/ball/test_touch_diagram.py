@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
+from variants import variant
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT
@@ -28,7 +29,7 @@ AXES = np.array([[0.0, np.cos(TILT), -np.sin(TILT)], [-1.0, 0.0, 0.0], [0.0, np.
 X_WB = RigidTransform(RotationMatrix.MakeZRotation(0.03) @ RotationMatrix(AXES), [0.555, 0.004, 0.50])
 PERIOD = 0.005
 TIME_STEP = PERIOD / 2  # as in the initialisation of the ball
-QUICK = TouchConfig(travel_speed=0.6, clearance=0.005, settle=0.05, reach_below=0.012)
+QUICK = variant(TouchConfig, travel_speed=0.6, clearance=0.005, settle=0.05, reach_below=0.012)()
 
 
 def touch(description, above, parameters=QUICK, marks=MARKS):
@@ -88,7 +89,7 @@ def test_the_heavier_arm_touches_as_gently():
 
 
 def test_without_a_board_nothing_is_felt():
-    parameters = replace(QUICK, descent_speed=0.05)
+    parameters = variant(type(QUICK), descent_speed=0.05)()
     report, force = touch(PUMA560_CUP, above=0.03, parameters=parameters)
     assert force == 0.0
     with pytest.raises(DrakeTrackerError, match="felt nothing below mark 1"):

@@ -17,7 +17,6 @@ from drake_tracker.world.conveyor.conveyor_config import cell_centres
         ("window.y_first=0.42", "window.y_first"),
         ("window.y_last=0.6", "window.y_last"),
         ("belt.entry=0.0", None),
-        ("arrivals.mix=[0, 0, 0]", "arrivals.mix"),
         ("tray.cell=0.065", "tray.cell"),
         ("pick.jaw_opening=0.04", "pick.jaw_opening"),
         ("time_step=0.005", "time_step"),

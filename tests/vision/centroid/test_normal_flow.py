@@ -228,7 +228,6 @@ def test_presets_and_overrides():
         ({"threshold_px": float("nan")}, "threshold_px is nan"),
         ({"norm": "l3"}, "must be one of l1, l2"),
         ({"smoothing_size": 4}, "must be odd"),
-        ({"denominator_floor": 0.05}, "denominator_floor is 0.05; it must be at least 0.1"),
         ({"preset": "papr"}, "must be one of scaled, paper_literal, paper_interlaced"),
         ({"centroid": None}, "centroid is None"),
     ],

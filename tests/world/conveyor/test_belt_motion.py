@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from variants import variant
 
 from drake_tracker import DrakeTrackerError
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
@@ -8,7 +9,7 @@ from drake_tracker.world.conveyor.conveyor_config import BELT_MOTIONS, BeltConfi
 
 @pytest.fixture(params=BELT_MOTIONS)
 def motion(request):
-    return make_belt_motion(BeltConfig(motion=request.param, first_duration=3.0, second_duration=1.5))
+    return make_belt_motion(variant(BeltConfig, first_duration=3.0, second_duration=1.5)(motion=request.param))
 
 
 def test_the_distance_is_the_integral_of_the_speed(motion):
@@ -34,7 +35,7 @@ def test_the_time_at_a_distance_is_the_first_one(motion):
 
 
 def test_stop_and_go_stands_and_two_speed_does_not():
-    belts = [BeltConfig(motion=motion, second_speed=0.25) for motion in ("stop_and_go", "two_speed")]
+    belts = [variant(BeltConfig, second_speed=0.25)(motion=motion) for motion in ("stop_and_go", "two_speed")]
     lowest, highest = zip(
         *[(min(v), max(v)) for v in ([make_belt_motion(b).speed(t) for t in np.arange(1.0, 30.0, 0.1)] for b in belts)]
     )
@@ -42,7 +43,7 @@ def test_stop_and_go_stands_and_two_speed_does_not():
 
 
 def test_equal_speeds_are_one_speed():
-    motion = make_belt_motion(BeltConfig(motion="two_speed", second_speed=0.15))
+    motion = make_belt_motion(variant(BeltConfig, second_speed=0.15)(motion="two_speed"))
     assert motion.mean_speed == pytest.approx(0.15)
     assert motion.distance(100.0) == pytest.approx(0.15 * (100.0 - 0.15))
 

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from conveyor_world import HEIGHT, KINDS, OVER_BELT, World, arrival
+from variants import variant
 
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.messages import EncoderReading, JawState
@@ -33,7 +34,7 @@ def test_ports():
 
 @pytest.mark.parametrize("motion", BELT_MOTIONS)
 def test_the_belt_carries_parts_without_slip(motion):
-    belt = BeltConfig(motion=motion, first_duration=0.8, second_duration=0.4, second_speed=0.4, encoder=True)
+    belt = variant(BeltConfig, first_duration=0.8, second_duration=0.4, second_speed=0.4)(motion=motion, encoder=True)
     parts = [arrival(time, kind, 0.57, yaw) for time, kind, yaw in zip((0.5, 1.0, 2.0), KINDS, (0.2, 1.0, 4.0))]
     world = World(parts, belt=belt)
     before = world.states

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from drake_tracker.estimation.point_check import (
-    FARTHEST,
+    FARTHEST_PLACE,
     MOST_PLACES,
-    NEAREST,
+    NEAREST_PLACE,
     NO_TRAIL,
     SPACING,
     heading_at_rest,
@@ -56,5 +56,9 @@ def test_only_the_last_approach_counts():
 
 
 def test_without_a_suitable_place_the_stated_direction_stays():
-    for trail in (NO_TRAIL, np.array([[0.5 - 0.5 * NEAREST, 0.0]]), np.array([[0.5 - 1.5 * FARTHEST, 0.0]])):
+    for trail in (
+        NO_TRAIL,
+        np.array([[0.5 - 0.5 * NEAREST_PLACE, 0.0]]),
+        np.array([[0.5 - 1.5 * FARTHEST_PLACE, 0.0]]),
+    ):
         assert heading_at_rest(trail, 0.5, 0.0, 1.2) == 1.2
