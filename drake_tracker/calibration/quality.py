@@ -64,13 +64,7 @@ class CameraQuality:
 
 
 def measure_quality(lenses: Sequence[Lens], boards: FoundBoards, board: Board) -> list[CameraQuality]:
-    """Returns the quality of each camera.
-
-    Args:
-        lenses: of each camera, fitted to the boards.
-        boards: the boards in the photographs.
-        board: the board.
-    """
+    """Returns the quality of each camera."""
     return [
         CameraQuality(lens, *lens_std(lens, views, board), covered_cells(views, shape))
         for lens, views, shape in zip(lenses, boards.views, boards.shapes)
@@ -78,12 +72,7 @@ def measure_quality(lenses: Sequence[Lens], boards: FoundBoards, board: Board) -
 
 
 def pair_rms(cameras: Mapping[str, CameraModel], boards: FoundBoards) -> np.ndarray:
-    """Returns how far the triangulated points of each pair of photographs are from their pixels, shape (m,) [px rms].
-
-    Args:
-        cameras: the two calibrated cameras.
-        boards: the boards in the pairs.
-    """
+    """Returns how far the triangulated points of each pair of photographs are from their pixels [px rms], (m,)."""
     left, right = cameras.values()
     errors = []
     for views in zip(*boards.views):

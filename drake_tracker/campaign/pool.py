@@ -19,9 +19,6 @@ def pool(workers: int) -> Runner:
 
     It uses `core.worker_pool` and not `concurrent.futures`: there, a worker that a signal kills (a crash of native
     code, a lack of memory) breaks the whole pool; here it costs only its own trial.
-
-    Args:
-        workers: number of processes.
     """
 
     def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:
@@ -47,9 +44,6 @@ def has_spare_processors(workers: int) -> bool:
     """Returns whether each worker can have a second processor, for images that are rendered beside the simulation.
 
     If not, the trials render in their own processes, which is faster: the whole work is less.
-
-    Args:
-        workers: number of processes.
     """
     return processors() >= 2 * workers
 

@@ -38,12 +38,7 @@ class Rate:
 
 
 def rates_of(rows: Sequence[Mapping[str, Any]], cells: Sequence[Mapping[str, str]]) -> list[Rate]:
-    """Returns the `Rate` of each cell.
-
-    Args:
-        rows: lines of a record.
-        cells: settings of each cell.
-    """
+    """Returns the `Rate` of each cell."""
     rates = []
     for settings in cells:
         found = [bool(row["success"]) for row in rows if row["settings"] == settings]
@@ -58,12 +53,7 @@ def overall(rates: Sequence[Rate]) -> Rate:
 
 
 def rate_columns(rates: Sequence[Rate], keys: Sequence[str]) -> dict[str, list[Any]]:
-    """Returns the rates as a table for a file: {column: values}, with one row for each cell.
-
-    Args:
-        rates: of the cells.
-        keys: the varied settings.
-    """
+    """Returns the rates as a table for a file: {column: values}, with one row for each cell."""
     return {
         **{key: [plain_value(rate.settings[key]) for rate in rates] for key in keys},
         "taken": [rate.successes for rate in rates],
@@ -75,12 +65,7 @@ def rate_columns(rates: Sequence[Rate], keys: Sequence[str]) -> dict[str, list[A
 
 
 def rate_table(rates: Sequence[Rate], keys: Sequence[str]) -> list[str]:
-    """Returns the rates as lines of text in columns: counts, percentage, 95 % Wilson interval; last the overall rate.
-
-    Args:
-        rates: of the cells.
-        keys: the varied settings.
-    """
+    """Returns the rates as lines of text: counts, percentage, 95 % Wilson interval; last the overall rate."""
     rows = [[*keys, "successes", "trials", "%", "Wilson 95 %"]]
     rows += [[*(rate.settings[key] for key in keys), *_texts(rate)] for rate in rates]
     if len(rates) > 1:
@@ -102,10 +87,6 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American
     Statistical Association 22 (1927): the rates for which the observed count is at most `Z_95` standard deviations from
     the expected one.
-
-    Args:
-        successes: number of successful trials.
-        trials: number of all trials.
     """
     from scipy.stats import binomtest  # slow to load
 

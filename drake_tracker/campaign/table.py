@@ -19,10 +19,6 @@ def columns_of(rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> dict[s
 
     The columns are the varied settings (as numbers where they are numbers), then `FIRST`, then the rest of the summary.
     Nested values are named with dots (``lag_s.max``), elements of a list by their index (``board_in_world_error.0``).
-
-    Args:
-        rows: lines of a record.
-        keys: the varied settings.
     """
     flat = []
     for row in rows:

@@ -158,11 +158,7 @@ class LogStream:
         self._write(MAGIC + _record(json.dumps({"signals": self._fields}).encode()))
 
     def append(self, news: News) -> None:
-        """Appends new samples.
-
-        Args:
-            news: new samples of every signal.
-        """
+        """Appends new samples."""
         parts = []
         for name, names in self._fields.items():
             times, data = (np.ascontiguousarray(array, _NUMBER) for array in news[name])
@@ -198,9 +194,6 @@ class LogStream:
 
 def read_stream(file: BinaryIO) -> Columns:
     """Returns the signals of a stream, up to its last complete record; none when the first record is not complete.
-
-    Args:
-        file: the stream, open for reading.
 
     Raises ValueError when the file does not begin like a stream.
     """

@@ -55,9 +55,6 @@ def arm_of(scenario: Any) -> ArmDescription:
 def check_arm(arm: ArmDescription) -> None:
     """Checks that the models of an arm agree with its description.
 
-    Args:
-        arm: the description.
-
     Raises DrakeTrackerError when a model, frame, joint or actuator that it names does not exist.
     """
     plant = MultibodyPlant(0.0)
@@ -138,9 +135,6 @@ def link_of(scenario: Any, faults: Sequence[Fault] = (), message: Any = Predicti
 
 def check_custom_parts(scenario: Any) -> None:
     """Makes the custom parts of a scenario once, to find errors in them before a long job starts.
-
-    Args:
-        scenario: a scenario of any task.
 
     Raises DrakeTrackerError when one of them cannot be used.
     """

@@ -148,11 +148,6 @@ class EstimatorSystem(LeafSystem):
 def make_packet(estimator: Estimator[Any], estimate: EstimatorState, seq: int) -> tuple[np.ndarray, np.ndarray]:
     """Returns the packet of a state that is ready, and its filtered state: a `Prediction` and a `Filtered`, read-only.
 
-    Args:
-        estimator: the estimator.
-        estimate: its state.
-        seq: number of the packet.
-
     Raises DrakeTrackerError when the estimator predicts something that is not finite, or of another shape.
     """
     knots = np.column_stack(predict_path(estimator, estimate, estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)))

@@ -167,12 +167,7 @@ class LinkFault(Fault):
     """A fault of the link between host and arm."""
 
     def link(self, link: Link[Any], message: Any = Prediction) -> Link[Any]:
-        """Returns the link with the fault.
-
-        Args:
-            link: the link without it.
-            message: type of its packets.
-        """
+        """Returns the link with the fault."""
         raise NotImplementedError
 
 

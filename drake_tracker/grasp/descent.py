@@ -114,14 +114,7 @@ def _room(config: GraspConfig) -> float:
 
 
 def _within(limit: float, centre: float, scale: float, freedom: float) -> float:
-    """Returns the probability that the magnitude of an error is below a limit.
-
-    Args:
-        limit: the limit.
-        centre: centre of the error's distribution.
-        scale: scale of Student's distribution.
-        freedom: its degrees of freedom.
-    """
+    """Returns the probability that the magnitude of an error is below a limit."""
     if scale <= 0.0:
         return float(abs(centre) <= limit)
     return float(stdtr(freedom, (limit - centre) / scale) - stdtr(freedom, (-limit - centre) / scale))

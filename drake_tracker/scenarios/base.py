@@ -78,9 +78,6 @@ class BaseScenario:
         """Returns where a setting got its value, to open an error message.
 
         For example "train.yaml line 12: track.speed", "--set track.speed=2: track.speed" or "track.speed (default)".
-
-        Args:
-            key: key path of the setting.
         """
         return f"{self.origins[key]}: {key}" if key in self.origins else f"{key} (default)"
 

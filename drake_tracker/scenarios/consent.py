@@ -34,11 +34,7 @@ def is_trusted(file: Path) -> bool:
 
 
 def require_consent(part: Custom) -> None:
-    """Raises DrakeTrackerError, one line, when a file names the code of a custom part and the user does not allow it.
-
-    Args:
-        part: the custom part.
-    """
+    """Raises DrakeTrackerError, one line, when a file names code of a custom part that the user does not allow."""
     if not part.allowed:
         raise DrakeTrackerError(
             f"{part.named_at}: the file names code to run, {part.call} {code_place(part)}. If you trust it, allow it "

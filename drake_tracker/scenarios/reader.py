@@ -299,12 +299,7 @@ def setting_unit(schema: Any, key: str) -> str:
 
 
 def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, str]]:
-    """Returns a row (key path, value, allowed values, meaning) for each setting of a dataclass instance.
-
-    Args:
-        part: a dataclass instance made of settings.
-        prefix: start of every key path.
-    """
+    """Returns a row (key path, value, allowed values, meaning) for each setting of a dataclass instance."""
     rows = []
     for field in settings_of(part):
         value, key = getattr(part, field.name), prefix + key_of(field)

@@ -152,10 +152,6 @@ def merge(base: Value, over: Value) -> Value:
 
     Mappings are merged key by key. Anything else, also a mapping with another tag, is replaced. The new value
     keeps a replaced mapping, for the settings that all kinds of a role share.
-
-    Args:
-        base: the lower tree.
-        over: the tree on top of it.
     """
     same_kind = over.tag in (None, base.tag)
     if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
@@ -169,12 +165,7 @@ def merge(base: Value, over: Value) -> Value:
 
 
 def nest(key_path: str, value: Value) -> Value:
-    """Returns nested mappings that contain one value.
-
-    Args:
-        key_path: key path of the value, with dots.
-        value: the value.
-    """
+    """Returns nested mappings that contain one value."""
     for key in reversed(key_path.split(".")):
         value = Value({key: value}, value.origin)
     return value

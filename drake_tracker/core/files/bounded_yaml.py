@@ -76,9 +76,6 @@ def _children(node: yaml.Node | None) -> list[yaml.Node]:
 def load_yaml(text: str) -> Any:
     """Returns the plain value of a YAML text.
 
-    Args:
-        text: the text.
-
     Raises yaml.YAMLError when it is not YAML, or exceeds the limits of this module.
     """
     return yaml.load(text, BoundedLoader)

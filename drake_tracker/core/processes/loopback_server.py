@@ -160,26 +160,13 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
     def send(self, status: int, media_type: str, body: bytes, more: Mapping[str, str] | None = None) -> None:
-        """Sends an answer; its body is omitted when the request is HEAD.
-
-        Args:
-            status: of the answer.
-            media_type: of the body.
-            body: content.
-            more: further headers.
-        """
+        """Sends an answer; its body is omitted when the request is HEAD."""
         self.head(status, media_type, len(body), more, close=status != HTTPStatus.OK)
         if self.command != "HEAD":
             self.wfile.write(body)
 
     def refuse(self, status: int, reason: str, more: Mapping[str, str] | None = None) -> None:
-        """Sends an answer with a line that states why the request is refused.
-
-        Args:
-            status: of the answer.
-            reason: one line.
-            more: further headers.
-        """
+        """Sends an answer with a line that states why the request is refused."""
         self.send(status, "text/plain; charset=utf-8", f"{reason}\n".encode(), more)
 
     def head(

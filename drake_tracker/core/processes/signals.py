@@ -93,9 +93,6 @@ def on_signal(action: Callable[[int], object]) -> Iterator[None]:
 
     It replaces handlers written in Python, which `graceful` and Python itself install. A signal that is ignored stays
     ignored, and one that would end the process, because nothing handles it, still does.
-
-    Args:
-        action: called with the number of the signal.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

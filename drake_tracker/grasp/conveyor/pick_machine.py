@@ -276,13 +276,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
 
 def _within(limit: float, centre: float, std: float) -> float:
-    """Returns the probability that the magnitude of a normal error is below a limit.
-
-    Args:
-        limit: the limit.
-        centre: mean of the error.
-        std: its standard deviation.
-    """
+    """Returns the probability that the magnitude of a normal error is below a limit."""
     if std <= 0.0:
         return float(abs(centre) <= limit)
     return float(ndtr((limit - centre) / std) - ndtr((-limit - centre) / std))
