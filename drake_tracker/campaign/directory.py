@@ -164,7 +164,7 @@ class Record:
             raise
 
     def append(self, row: dict[str, Any]) -> None:
-        """Adds a result, fit for JSON, to the file and to ``rows``. On a full disk the file keeps its earlier content."""
+        """Adds a result, fit for JSON, to the file and ``rows``. On a full disk the file keeps its earlier content."""
         with held():  # Ctrl-C does not divide a line
             if self._file is not None:
                 self._write(self._file, (json.dumps(row, separators=(",", ":")) + "\n").encode())
