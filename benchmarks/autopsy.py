@@ -20,8 +20,8 @@ from autopsy_faults import FAULTS
 from autopsy_tables import faults_table, named_wrongly
 from common import append_results, print_table
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
 from drake_tracker.report.failure_diagnosis.diagnosis import perform

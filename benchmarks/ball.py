@@ -18,8 +18,8 @@ from pathlib import Path
 import common
 from common import append_results, print_table, rms, share
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import run_line
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import run_line
 from drake_tracker.tasks import load_scenario
 
 RESULTS = common.RESULTS / "ball.jsonl"

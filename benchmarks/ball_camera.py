@@ -24,8 +24,8 @@ import numpy as np
 from common import append_results, print_table, share
 
 from drake_tracker.cameras.boards.board_poses import pose_error
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import run_line
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import run_line
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.ball.initialisation import find_board, make_touching_diagram, photograph_board

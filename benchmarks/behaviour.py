@@ -225,8 +225,8 @@ def run_entry(entry: str) -> dict:
 
 def run_entries(entries: list[str], workers: int) -> dict[str, dict]:
     """Returns {entry: its record today}; tells about each as soon as it is there."""
+    from drake_tracker.campaign.plan import Lost
     from drake_tracker.campaign.pool import pool
-    from drake_tracker.campaign.trial import Lost
 
     found = {}
     os.environ.setdefault("DRAKE_TRACKER_RENDER_PROCESSES", "0")

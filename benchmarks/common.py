@@ -11,10 +11,10 @@ from pathlib import Path
 from behaviour_rows import RESULTS as RESULTS
 from behaviour_rows import behaviour_of
 
+from drake_tracker.campaign.directory import Record
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.rates import wilson
-from drake_tracker.campaign.record import Record
-from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.progress import time_left
 from drake_tracker.tasks.results import git_commit, package_versions
 

@@ -21,8 +21,8 @@ import common
 from common import append_results, print_table
 from fault_tables import DURATION, FAULTS, bad_runs, draw, faults_table, is_good, is_safe
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
 from drake_tracker.grasp.train.schema import Phase

@@ -20,8 +20,7 @@ from drake_tracker import cli
 from drake_tracker.cameras.files.calibration_file import load_calibration, load_pose
 from drake_tracker.cameras.files.camera_files import KALIBR, OPENCV, ROS, load_cameras, save_foreign
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import LOG_FILE, STREAM_FILE, save_log
-from drake_tracker.core.log_stream import LogStream
+from drake_tracker.core.log import LOG_FILE, STREAM_FILE, LogStream, save_log
 from drake_tracker.core.processes.loopback_server import LoopbackServer
 from drake_tracker.measured.measured_error_file import load_error
 from drake_tracker.scenarios.reader import describe_settings

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 
 from drake_tracker.arm.config import HandKind
-from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.arm.description import ARMS, arms_without
 from drake_tracker.core.registry import snake_case
-from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
+from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.tasks import list_scenarios
 
 MEASURED = "vision=!Measured {}"

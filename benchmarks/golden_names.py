@@ -28,7 +28,9 @@ KINDS = ("scenario", "setting", "tag", "effectless", "signal", "column", "field"
 _DEFAULT_OF_1991 = "8e985441907a25c364a431498f9e14533b6aaecd"
 _TOUCH = "44aa2dda45a6e1966fb5a1d8c789e1b6958e8dc6"
 _METHODS = "af3e28fa28c4e24c1c573f3fe6b228b92ef5e475"
+_INCLINED_PLANE = "1a4ffb230532d10979997b1a9f472dc4ab113d7a"
 RENAMES = (
+    Rename(_INCLINED_PLANE, "tag", "InclinedPlane", "Slope"),
     Rename(_METHODS, "setting", "vision.method.detector", "vision.detector"),
     Rename(_METHODS, "setting", "vision.method", "vision.tracker"),
     Rename(_METHODS, "tag", "MotionCentroid", "Single"),

@@ -20,8 +20,8 @@ import common
 from common import append_results, interval, print_table
 from train_grasp import ESTIMATORS, outcome, run_one
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import Lost
 
 LAGS = (0, 6, 12, 15, 24, 30)
 """Of vision [cycles of 1/60 s]."""

@@ -18,9 +18,9 @@ import common
 from common import append_results, print_table, save_json
 from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one
 
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.campaign.rates import wilson
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import Lost
 
 CAMERAS = common.RESULTS / "train_grasp.jsonl"
 RESULTS = common.RESULTS / "measured_vision.jsonl"

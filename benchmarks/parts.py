@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from common import append_results, print_table, provenance
 
-from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.directory import read_lines
 from drake_tracker.tasks.results import git_commit
 
 QUICK_SEED = 3900

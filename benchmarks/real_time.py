@@ -45,7 +45,7 @@ from speed_tables import loops_table, stages_table
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.core.processes.processors import processors
+from drake_tracker.core.processes.worker_pool import processors
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.run.log_recorder import add_loggers
 from drake_tracker.run.options import RunOptions

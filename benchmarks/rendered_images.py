@@ -20,7 +20,7 @@ from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.grasp.ball.board_exit import HAND_YAW
 from drake_tracker.tasks.train.diagram import make_world
 from drake_tracker.tasks.train.setup import resolve

@@ -18,8 +18,8 @@ import common
 from common import append_results, print_table
 from second_attempt_tables import PROVOCATIONS, describe, second_attempts_table
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
 from drake_tracker.grasp.train.schema import Phase

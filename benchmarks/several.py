@@ -38,8 +38,8 @@ from several_tables import TABLES
 from several_worlds import SEVERAL as ONLY_SEVERAL
 from several_worlds import follow, lap_time, train_lengths, watch
 
+from drake_tracker.campaign.plan import run_line
 from drake_tracker.campaign.rates import wilson
-from drake_tracker.campaign.trial import run_line
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 from drake_tracker.world.imaging.cameras import true_camera_models

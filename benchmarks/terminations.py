@@ -30,7 +30,7 @@ import av
 import common
 import cv2
 
-from drake_tracker.campaign.record import Record, read_lines
+from drake_tracker.campaign.directory import Record, read_lines
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, load_log
 from drake_tracker.report.page import page_of

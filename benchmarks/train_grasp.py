@@ -21,8 +21,8 @@ from pathlib import Path
 import common
 from common import append_results, interval, print_table, share
 
-from drake_tracker.campaign.record import read_lines
-from drake_tracker.campaign.trial import run_line
+from drake_tracker.campaign.directory import read_lines
+from drake_tracker.campaign.plan import run_line
 from drake_tracker.tasks import load_scenario
 
 FIRST_SEED = 11000

@@ -7,9 +7,9 @@ from .core.messages import Prediction as Prediction
 from .core.messages import evaluate_prediction as evaluate_prediction
 from .diagrams.hand_eye import HandEyeDiagram as HandEyeDiagram
 from .estimation.estimator import Estimator as Estimator
+from .estimation.estimator import make_estimator as make_estimator
 from .estimation.estimator_system import EstimatorSystem as EstimatorSystem
 from .estimation.estimator_system import add_estimator as add_estimator
-from .estimation.kinds import make_estimator as make_estimator
 from .run.options import RunOptions as RunOptions
 from .run.simulation import simulate as simulate
 from .scenarios.base import BaseScenario as BaseScenario

@@ -4,7 +4,7 @@ import os
 import signal
 import time
 
-from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.plan import Lost
 
 
 def line(trial, **more):

@@ -37,7 +37,7 @@ from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SHARP, SPEED_LAWS
 
-from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.directory import read_lines
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE.parent / "results" / "estimation.jsonl"

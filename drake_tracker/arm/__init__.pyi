@@ -11,6 +11,7 @@ from .config import Puma560 as Puma560
 from .config import ServoConfig as ServoConfig
 from .config import SevenJoint as SevenJoint
 from .config import UR5e as UR5e
+from .description import ARMS as ARMS
 from .description import FINGERS as FINGERS
 from .description import MARKERS as MARKERS
 from .description import PROBE_FRAME as PROBE_FRAME
@@ -19,12 +20,10 @@ from .description import PUMA560_CUP as PUMA560_CUP
 from .description import PUMA560_MARKED as PUMA560_MARKED
 from .description import SEVEN_JOINT as SEVEN_JOINT
 from .description import UR5E as UR5E
-from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
+from .description import make_arm as make_arm
 from .hand_eye_correction import HandEyeCorrection as HandEyeCorrection
 from .hand_eye_correction_system import HandEyeCorrectionSystem as HandEyeCorrectionSystem
-from .kinds import ARMS as ARMS
-from .kinds import make_arm as make_arm
 from .marker_kinematics import MarkerKinematics as MarkerKinematics
 from .plant import ArmParts as ArmParts
 from .plant import add_arm as add_arm

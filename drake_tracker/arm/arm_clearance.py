@@ -10,7 +10,7 @@ from pydrake.multibody.plant import CoulombFriction
 from pydrake.planning import RobotDiagramBuilder
 
 from drake_tracker.arm.arm_model import add_held_arm
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 
 MARGIN = 0.005
 """Distance [m] that links keep from each other and from obstacles. In a normal grasp of the train, the
@@ -42,7 +42,7 @@ class ArmClearance:
 
     def __init__(
         self,
-        description: Arm,
+        description: ArmDescription,
         obstacles: Sequence[tuple[Sequence[float], Sequence[float]]] = (),
         margin: float = MARGIN,
     ) -> None:

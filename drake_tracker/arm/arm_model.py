@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.motion.transform_equation import tool_down_rotation
 from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm
 
@@ -116,7 +116,7 @@ class ArmModel:
         return self._scratch
 
 
-def add_held_arm(plant: MultibodyPlant, description: Arm) -> ArmParts:
+def add_held_arm(plant: MultibodyPlant, description: ArmDescription) -> ArmParts:
     """Adds an arm and its hand to a plant, with the fingers of the hand welded in the middle of their travel.
 
     Args:
@@ -136,7 +136,7 @@ def add_held_arm(plant: MultibodyPlant, description: Arm) -> ArmParts:
     return parts
 
 
-def make_arm_model(description: Arm) -> ArmModel:
+def make_arm_model(description: ArmDescription) -> ArmModel:
     """Returns the controller's model of an arm, with the fingers of its hand welded in the middle of their travel."""
     plant = MultibodyPlant(0.0)
     parts = add_held_arm(plant, description)

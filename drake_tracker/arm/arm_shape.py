@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, Mesh, Role, Shape, Sphere
 from pydrake.planning import RobotDiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -20,7 +20,7 @@ _CIRCLE_POINTS = 48
 
 
 class ArmShape:
-    """Convex pieces that together cover the moving links of an arm and its hand, for any `Arm`.
+    """Convex pieces that together cover the moving links of an arm and its hand, for any arm.
 
     There is one piece for each geometry with the perception role, which is what cameras render: the convex hull of a
     mesh, or the shape itself. Points of a hull that matter by less than `TOLERANCE` are left out. Links that are fixed
@@ -35,7 +35,7 @@ class ArmShape:
     Raises DrakeTrackerError when a geometry has no hull, such as a half space.
     """
 
-    def __init__(self, description: Arm) -> None:
+    def __init__(self, description: ArmDescription) -> None:
         builder = RobotDiagramBuilder(time_step=0.0)
         plant = builder.plant()
         parts = add_arm(plant, description=description)

@@ -1,11 +1,16 @@
-"""An arm with its hand, described once for the simulated world and for the controller's own model of the arm."""
+"""An arm with its hand, described once for the simulated world and for the controller's own model of the arm.
+
+`ARMS` registers the arms.
+"""
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.config import HandKind
+from drake_tracker.arm.config import HandKind, Puma560, SevenJoint, UR5e
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.registry import Registry
 
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints. Each travels half the opening; the first is driven, the second is coupled to it."""
@@ -13,39 +18,6 @@ MARKERS = ("marker_left", "marker_right")
 """Links of a hand that are markers for cameras, one on each finger (`drake_tracker.vision.hand.hand_markers`)."""
 PROBE_FRAME = "probe"
 """Frame of the cup: the centre of the spherical tip with which it touches the board's marks."""
-
-
-@runtime_checkable
-class Arm(Protocol):
-    """The role of an arm: all that the world and the controller know about it. `ArmDescription` implements it.
-
-    The attributes have the meaning described there.
-    """
-
-    @property
-    def arm_url(self) -> str: ...
-    @property
-    def gripper_url(self) -> str: ...
-    @property
-    def base_link(self) -> str: ...
-    @property
-    def flange(self) -> str: ...
-    @property
-    def hand_link(self) -> str: ...
-    @property
-    def tool_frame(self) -> str: ...
-    @property
-    def servo_inertia(self) -> tuple[float, ...]: ...
-    @property
-    def servo_bandwidth(self) -> tuple[float, ...]: ...
-    @property
-    def finger_stiffness(self) -> float: ...
-    @property
-    def finger_damping(self) -> float: ...
-    @property
-    def q_start(self) -> tuple[float, ...]: ...
-    @property
-    def fingers(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -144,3 +116,58 @@ UR5E = replace(
     q_start=(0.0, -2.0, -1.8, -0.9, 0.5 * np.pi, 0.5 * np.pi),
 )
 """An arm like the UR5e with the gripper."""
+
+
+def puma560(settings: Puma560, *, hand: HandKind) -> ArmDescription:
+    """Returns the PUMA 560 with a hand. Raises DrakeTrackerError for markers on a cup."""
+    if settings.markers and hand is not HandKind.GRIPPER:
+        raise DrakeTrackerError(f"arm.markers: the {hand.value} has no fingers that could carry markers")
+    return _with_hand(settings, (PUMA560_MARKED if settings.markers else PUMA560, PUMA560_CUP), hand)
+
+
+def seven_joint(settings: SevenJoint, *, hand: HandKind) -> ArmDescription:
+    """Returns the arm with seven joints with a hand."""
+    return _with_hand(settings, (SEVEN_JOINT,), hand)
+
+
+def ur5e(settings: UR5e, *, hand: HandKind) -> ArmDescription:
+    """Returns the arm like the UR5e with a hand."""
+    return _with_hand(settings, (UR5E,), hand)
+
+
+ARMS: Registry[ArmDescription] = Registry("arm", {Puma560: puma560, SevenJoint: seven_joint, UR5e: ur5e})
+"""Every arm of the package by its settings; the one place where an arm is registered. A maker takes the settings and
+the hand that the task needs."""
+
+
+def make_arm(settings: object, *, hand: HandKind) -> ArmDescription:
+    """Returns the description of an arm with a hand.
+
+    Args:
+        settings: settings of a kind in `ARMS`.
+        hand: the hand that the task needs.
+
+    Raises DrakeTrackerError for settings of no kind, or when the arm does not have this hand.
+    """
+    return ARMS.make(settings, hand=hand)
+
+
+def arms_without(hand: HandKind) -> tuple[type, ...]:
+    """Returns the kinds of arm that do not have a hand."""
+    return tuple(kind for kind in ARMS.makers if not _has(kind, hand))
+
+
+def _has(kind: type, hand: HandKind) -> bool:
+    try:
+        ARMS.make(kind(), hand=hand)
+    except DrakeTrackerError:
+        return False
+    return True
+
+
+def _with_hand(settings: object, descriptions: tuple[ArmDescription, ...], hand: HandKind) -> ArmDescription:
+    for description in descriptions:
+        if description.hand is hand:
+            return description
+    known = " or ".join(description.hand.value for description in descriptions)
+    raise DrakeTrackerError(f"the arm {type(settings).__name__} has no {hand.value}; it has a {known}")

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_tracker.arm.description import MARKERS, Arm
+from drake_tracker.arm.description import MARKERS, ArmDescription
 from drake_tracker.arm.plant import add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -35,7 +35,7 @@ class MarkerKinematics:
     Raises DrakeTrackerError when the model of the hand has no markers.
     """
 
-    def __init__(self, description: Arm) -> None:
+    def __init__(self, description: ArmDescription) -> None:
         self._plant = MultibodyPlant(0.0)
         parts = add_arm(self._plant, description=description)
         self._plant.Finalize()

@@ -7,7 +7,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointActuator, ModelInstanceIndex, PdControllerGains
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.core.models_path import models_path
 
 
@@ -31,7 +31,7 @@ def models_parser(plant: MultibodyPlant) -> Parser:
     return parser
 
 
-def add_arm(plant: MultibodyPlant, *, description: Arm) -> ArmParts:
+def add_arm(plant: MultibodyPlant, *, description: ArmDescription) -> ArmParts:
     """Adds an arm and its hand to a plant, with the arm's base welded to the world at the origin of W.
 
     Args:
@@ -49,7 +49,7 @@ def add_arm(plant: MultibodyPlant, *, description: Arm) -> ArmParts:
 
 
 def couple_fingers(
-    plant: MultibodyPlant, gripper: ModelInstanceIndex, description: Arm, grip_force: float = 25.0
+    plant: MultibodyPlant, gripper: ModelInstanceIndex, description: ArmDescription, grip_force: float = 25.0
 ) -> None:
     """Couples the second finger to the first, and sets the drive of the first. Call before Finalize().
 

@@ -15,8 +15,7 @@ from drake_tracker.calibration.found_boards import (
     find_boards,
     list_photographs,
 )
-from drake_tracker.calibration.quality import measure_quality, pair_rms, to_retake
-from drake_tracker.calibration.quality_figure import draw_quality
+from drake_tracker.calibration.quality import draw_quality, measure_quality, pair_rms, to_retake
 from drake_tracker.cameras.boards.board import Board
 from drake_tracker.cameras.boards.board_kinds import kind_of
 from drake_tracker.cameras.calibration.camera_calibration import Lens, board_pose, lens_from_corners

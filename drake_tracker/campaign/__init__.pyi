@@ -1,13 +1,13 @@
+from .directory import Record as Record
+from .directory import read_lines as read_lines
 from .grid import GridCell as GridCell
 from .plan import CampaignPlan as CampaignPlan
+from .plan import Lost as Lost
 from .plan import Trial as Trial
 from .plan import make_plan as make_plan
+from .plan import run_line as run_line
 from .pool import Runner as Runner
 from .rates import Rate as Rate
-from .record import Record as Record
-from .record import read_lines as read_lines
 from .run import Campaign as Campaign
 from .run import make_runner as make_runner
 from .run import run_campaign as run_campaign
-from .trial import Lost as Lost
-from .trial import run_line as run_line

@@ -17,8 +17,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from drake_tracker import __version__
+from drake_tracker.campaign.plan import Lost
 from drake_tracker.campaign.pool import Runner
-from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.imaging.image_pipeline import VARIABLE
 

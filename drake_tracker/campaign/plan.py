@@ -1,13 +1,16 @@
-"""The plan of a campaign: all its trials, and what distinguishes it from other campaigns."""
+"""The plan of a campaign: all its trials, what distinguishes it from other campaigns, and how a worker runs a trial."""
+
+from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from drake_tracker import __version__
 from drake_tracker.campaign.grid import GridCell, make_cells, yaml_text
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.tasks import load_scenario
 
 MOST_TRIALS = 100_000
@@ -129,3 +132,40 @@ def make_plan(
         except DrakeTrackerError as error:
             raise DrakeTrackerError(str(error).replace("--seed", option)) from None
     return CampaignPlan(spec, tuple(overrides), texts, trials, first_seed, tuple(cells))
+
+
+class Lost(NamedTuple):
+    """Stands in place of a result when a trial could not be completed, for a reason that is not the robot's.
+
+    Attributes:
+        reason: one line.
+    """
+
+    reason: str
+
+
+def run_trial(trial: Trial) -> dict[str, Any] | Lost:
+    """Runs a `plan.Trial`. Returns its line of the record (settings, seed and the run's summary), or `Lost`."""
+    return run_line(trial.scenario, settings=trial.settings)
+
+
+def run_line(scenario: Any, **named: Any) -> dict[str, Any] | Lost:
+    """Runs a scenario. Returns its line of a record, or `Lost` when the machine failed.
+
+    A run that ends with an exception counts as a failed run, and the exception is its reason.
+
+    Args:
+        scenario: of any task.
+        named: further values of the line, which come first.
+    """
+    from drake_tracker.run.simulation import simulate  # here, because checking a campaign must not wait for Drake
+
+    start = time.monotonic()
+    try:
+        summary = simulate(scenario)
+    except (MachineError, MemoryError, OSError) as error:
+        return Lost(f"{type(error).__name__}: {error}")
+    except (Exception, SystemExit) as error:  # one broken trial must not cost the others; Drake raises SystemExit
+        text = " ".join(str(error).split())
+        summary = {"scenario": scenario.name, "success": False, "failure_reason": f"{type(error).__name__}: {text}"}
+    return {**named, "seed": scenario.seed, "wall_s": round(time.monotonic() - start, 3), **summary}

@@ -5,9 +5,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from drake_tracker.campaign.trial import Lost
-from drake_tracker.core.processes.processors import processors
-from drake_tracker.core.processes.worker_pool import WorkerDied, run_trials
+from drake_tracker.campaign.plan import Lost
+from drake_tracker.core.processes.worker_pool import WorkerDied, processors, run_trials
 from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 Runner = Callable[[Callable[[Any], Any], Iterable[Any]], Generator[tuple[Any, Any], None, None]]

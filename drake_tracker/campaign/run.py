@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.campaign.directory import discard, open_directory
-from drake_tracker.campaign.plan import CampaignPlan, Trial, key_of, make_plan
+from drake_tracker.campaign.directory import Record, discard, open_directory
+from drake_tracker.campaign.plan import CampaignPlan, Lost, Trial, key_of, make_plan, run_trial
 from drake_tracker.campaign.pool import Runner, pool, workers_or_all
 from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_of
-from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
-from drake_tracker.campaign.trial import Lost, run_trial
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.core.processes.signals import held

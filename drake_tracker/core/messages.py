@@ -222,7 +222,7 @@ CatchDiagnosis = namedview("CatchDiagnosis", ["phase", "known", "time_left", "x"
 pass over the cup [m, W]; standard deviation of that position [m]; number of straight-line motions begun."""
 
 TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
-"""Progress of touching the board: phase (`grasp.touch_schema.TouchPhase`); number of the current mark (0 to 2); force
+"""Progress of touching the board: phase (`grasp.ball.touch_machine.TouchPhase`); number of the mark (0 to 2); force
 against the approach [N]; positions of the probe's centre at each touch, p_WP [m] in W, zero before the touch."""
 
 Verdict = namedview(

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 DISPATCHERS: "Registry[Dispatcher]" = Registry(
     "dispatch",
     {
-        LookAhead: "drake_tracker.dispatch.look_ahead:LookAheadDispatcher",
-        Greedy: "drake_tracker.dispatch.rules:GreedyDispatcher",
-        NearestDeadline: "drake_tracker.dispatch.rules:NearestDeadlineDispatcher",
-        FirstInFirstOut: "drake_tracker.dispatch.rules:FirstInFirstOutDispatcher",
+        LookAhead: "drake_tracker.dispatch.dispatchers:LookAheadDispatcher",
+        Greedy: "drake_tracker.dispatch.dispatchers:GreedyDispatcher",
+        NearestDeadline: "drake_tracker.dispatch.dispatchers:NearestDeadlineDispatcher",
+        FirstInFirstOut: "drake_tracker.dispatch.dispatchers:FirstInFirstOutDispatcher",
     },
 )
 """Every dispatcher of the package by its settings; the one place where a dispatcher is registered."""

@@ -2,7 +2,7 @@
 
 `TrackPoint` messages go in; packets of predicted path (`Prediction`) and the filtered state (`Filtered`) come out of
 `EstimatorSystem`. The arithmetic is an `Estimator`, which `make_estimator` makes of its settings: `ClosedPath`,
-`CoordinatedTurn`, `ArcLength`, `AlphaBetaGamma`, or `Slope` for a ball on a board. With several tracked objects
+`CoordinatedTurn`, `ArcLength`, `AlphaBetaGamma`, or `InclinedPlane` for a ball on a board. With several tracked objects
 (`TrackPoints`), `EstimatorBankSystem` runs one estimator for each of them.
 """
 

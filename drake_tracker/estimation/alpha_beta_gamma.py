@@ -68,14 +68,9 @@ class AlphaBetaGammaEstimator:
         return state.ready
 
     def update(self, state: CartesianState, stamp: float, p_WQ: np.ndarray | None) -> CartesianState:
-        """Returns the state after a point.
+        """Returns the state after a point, see `Estimator.update`.
 
         A point that is None, not finite, or not newer than the state leaves the state as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
         """
         if p_WQ is None or not np.isfinite(stamp) or not np.all(np.isfinite(p_WQ)) or stamp <= state.stamp:
             return state
@@ -99,10 +94,6 @@ class AlphaBetaGammaEstimator:
 
         yaw is the direction of the velocity, continuous along the rows, and held where the speed is below
         ``min_speed``.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         if not np.isfinite(state.stamp):
@@ -116,11 +107,6 @@ class AlphaBetaGammaEstimator:
         return np.column_stack([xy, z, np.unwrap(yaw)])
 
     def predict_std(self, state: CartesianState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m].
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,) [m]."""
         horizon = np.asarray(times, dtype=float) - (state.stamp if np.isfinite(state.stamp) else 0.0)
         return state.growth.std(horizon, self.settings.systematic_std)

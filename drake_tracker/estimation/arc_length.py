@@ -134,14 +134,9 @@ class ArcLengthEstimator:
         return state.ready
 
     def update(self, state: ArcLengthState, stamp: float, p_WQ: np.ndarray | None) -> ArcLengthState:
-        """Returns the state after a point.
+        """Returns the state after a point, see `Estimator.update`.
 
         A point that is None, not finite, or not newer than the state leaves the state as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
         """
         if p_WQ is None or not np.isfinite(stamp) or not np.all(np.isfinite(p_WQ)) or stamp <= state.stamp:
             return state
@@ -265,19 +260,10 @@ class ArcLengthEstimator:
 
         yaw is the direction of the tangent, continuous along the rows. While the estimator is not `ready` the newest
         point is held.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         return extrapolate_arc(state.arc, np.asarray(times, dtype=float), self.period)
 
     def predict_std(self, state: ArcLengthState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m].
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,) [m]."""
         horizon = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
         return state.growth.std(horizon, math.hypot(self.settings.systematic_std, state.sigma))

@@ -112,14 +112,9 @@ class ClosedPathEstimator:
         return state.following is not None or self._turn.ready(state.turn)
 
     def update(self, state: ClosedPathState, stamp: float, p_WQ: np.ndarray | None) -> ClosedPathState:
-        """Returns the state after a point.
+        """Returns the state after a point, see `Estimator.update`.
 
         A point that is None, not finite, or not newer than the state leaves the state as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
         """
         turn = self._turn.update(state.turn, stamp, p_WQ)
         if turn is state.turn:
@@ -221,22 +216,13 @@ class ClosedPathEstimator:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 
         yaw is the direction of the path, also for an object that backs up on it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         if state.following is None:
             return self._turn.predict(state.turn, times)
         return self._follower.predict(state.following, np.asarray(times, dtype=float) - state.stamp)
 
     def predict_std(self, state: ClosedPathState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it."""
         if state.following is None:
             return self._turn.predict_std(state.turn, times)
         variance = self._follower.predict_variance(state.following, np.asarray(times, dtype=float) - state.stamp)

@@ -1,4 +1,4 @@
-"""Settings of the estimators. The name of a class is its YAML tag; `drake_tracker.estimation.kinds` registers it."""
+"""Settings of the estimators. The name of a class is its YAML tag; `estimator.py` registers it."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -76,7 +76,7 @@ class ClosedPath:
 
 
 @dataclass(frozen=True)
-class Slope:
+class InclinedPlane:
     """A filter of a ball that rolls down a board; predicts where and when it leaves the bottom edge."""
 
     sigma: float = setting(0.0025, "noise of a point, per axis", "m", (0.00001, 0.1))

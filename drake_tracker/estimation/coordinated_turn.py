@@ -128,15 +128,10 @@ class CoordinatedTurnEstimator:
         return state.gentle.ready or state.sharp.ready
 
     def update(self, state: CoordinatedTurnState, stamp: float, p_WQ: np.ndarray | None) -> CoordinatedTurnState:
-        """Returns the state after a point.
+        """Returns the state after a point, see `Estimator.update`.
 
         A point that is None, not finite, or not newer than the state leaves the state as it is. Each filter decides by
         itself whether the point is an outlier, see `TurnFilter.update`.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
         """
         gentle = self._gentle.update(state.gentle, stamp, p_WQ)
         if gentle is state.gentle or p_WQ is None:
@@ -170,24 +165,14 @@ class CoordinatedTurnEstimator:
         return gentle, sharp
 
     def predict(self, state: CoordinatedTurnState, times: ArrayLike) -> np.ndarray:
-        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading."""
         gentle, sharp = self._predictions(state, np.asarray(times, dtype=float))
         apart = sharp - gentle
         apart[:, 3] = np.arctan2(np.sin(apart[:, 3]), np.cos(apart[:, 3]))
         return gentle + sharp_share(state) * apart
 
     def predict_std(self, state: CoordinatedTurnState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it."""
         share = sharp_share(state)
         gentle, sharp = self._gentle.predict_std(state.gentle, times), self._sharp.predict_std(state.sharp, times)
         return np.sqrt((1.0 - share) * gentle**2 + share * sharp**2)

@@ -1,4 +1,4 @@
-"""The slope filter: follows a ball that rolls down an inclined board and predicts where and when it leaves the board.
+"""The inclined-plane filter: follows a ball that rolls down a board and predicts where and when it leaves the board.
 
 The ball moves as `rolling_ball` describes (Nashman and Chaconas 1990, section 5). The pegs on the board are not known.
 A hit is noticed afterwards, by a point far from its expected position; nothing says where the ball will hit next. The
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from drake_tracker.core.constants import GRAVITY
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.estimation.config import Slope
+from drake_tracker.estimation.config import InclinedPlane
 from drake_tracker.estimation.parameters import check_not_negative, check_positive, check_settings
 from drake_tracker.estimation.parts.rolling_ball import RollingBallModel
 
@@ -78,7 +78,7 @@ class InclinedPlaneEstimator:
     """An `Estimator` of a ball that rolls down a board.
 
     Args:
-        settings: see `Slope`.
+        settings: see `InclinedPlane`.
         X_WB: pose of the board, 4 x 4 or the 12 numbers of its upper rows.
         width: width of the face [m].
         length: length of the face up the slope [m].
@@ -99,7 +99,7 @@ class InclinedPlaneEstimator:
 
     def __init__(
         self,
-        settings: Slope = Slope(),
+        settings: InclinedPlane = InclinedPlane(),
         *,
         X_WB: ArrayLike,
         width: float = 0.60,
@@ -112,19 +112,25 @@ class InclinedPlaneEstimator:
         rest_time: float = 0.4,
         restart_after: float = 0.5,
     ) -> None:
-        check_settings(settings, Slope)
-        check_positive("slope", width=width, length=length, ball_radius=ball_radius, rolling_factor=rolling_factor)
-        check_positive("slope", start_distance=start_distance, rest_time=rest_time, restart_after=restart_after)
-        check_not_negative("slope", margin=margin)
+        check_settings(settings, InclinedPlane)
+        check_positive(
+            "inclined_plane", width=width, length=length, ball_radius=ball_radius, rolling_factor=rolling_factor
+        )
+        check_positive(
+            "inclined_plane", start_distance=start_distance, rest_time=rest_time, restart_after=restart_after
+        )
+        check_not_negative("inclined_plane", margin=margin)
         if not (settings.restitution <= 1.0 and width > 2.0 * ball_radius):
-            raise DrakeTrackerError("slope: restitution must be from 0 to 1, and the board wider than the ball")
+            raise DrakeTrackerError(
+                "inclined_plane: restitution must be from 0 to 1, and the board wider than the ball"
+            )
         X_WB = np.asarray(X_WB, dtype=float)
         if X_WB.size not in (12, 16) or not np.all(np.isfinite(X_WB)):
-            raise DrakeTrackerError("slope: X_WB must be 4 x 4 numbers, or the 12 of its upper three rows")
+            raise DrakeTrackerError("inclined_plane: X_WB must be 4 x 4 numbers, or the 12 of its upper three rows")
         X_WB = X_WB.reshape(-1, 4)[:3]
         self.R_WB, self.p_WB = read_only(X_WB[:, :3].copy()), read_only(X_WB[:, 3].copy())
         if not (self.R_WB[2, 1] > 1e-3 and self.R_WB[2, 2] > 1e-3):
-            raise DrakeTrackerError("slope: X_WB describes a board that does not rise along its y axis")
+            raise DrakeTrackerError("inclined_plane: X_WB describes a board that does not rise along its y axis")
         self.settings = settings
         self.ball_radius = ball_radius
         self.ball = RollingBallModel(
@@ -147,14 +153,9 @@ class InclinedPlaneEstimator:
         return state.moving
 
     def update(self, state: InclinedPlaneState, stamp: float, p_WQ: np.ndarray | None) -> InclinedPlaneState:
-        """Returns the state after a point.
+        """Returns the state after a point, the centre of the ball; see `Estimator.update`.
 
         A point that is None, not finite, not newer than the state or not on the board leaves the state as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: centre of the ball, shape (3,), in W [m].
         """
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
@@ -254,10 +255,6 @@ class InclinedPlaneEstimator:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw of travel [rad].
 
         The ball rolls to the bottom edge, bounces off the walls, and falls freely beyond. A ball at rest stays.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         rows = np.zeros((len(times), 4))
@@ -281,10 +278,6 @@ class InclinedPlaneEstimator:
         """Returns the expected error along the board, shape (n,) [m]; 68 % of the errors lie within it.
 
         It holds for a ball that hits no more pegs; the effect of pegs is unpredictable.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         if not state.moving:

@@ -97,13 +97,7 @@ class UnitFreeEstimator(Generic[State]):
         return state.unit > 0.0 and self._estimator.ready(state.inner)
 
     def update(self, state: UnitFreeState, stamp: float, p_WQ: np.ndarray | None) -> UnitFreeState:
-        """Returns the state after a point; one that is None, not finite or not newer leaves it as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W.
-        """
+        """Returns the state after a point, see `Estimator.update`; a point that is not newer leaves it as it is."""
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
         x, y, z = np.asarray(p_WQ, dtype=float).tolist()
@@ -137,22 +131,12 @@ class UnitFreeEstimator(Generic[State]):
         return replace(state, inner=inner, unit=unit, unchecked=0)
 
     def predict(self, state: UnitFreeState, times: ArrayLike) -> np.ndarray:
-        """Returns the predicted path, shape (n, 4): rows x, y, z in W and yaw [rad].
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W and yaw [rad]."""
         rows = self._estimator.predict(state.inner, np.asarray(times, dtype=float))
         return read_only(rows * [state.unit, state.unit, state.unit, 1.0])
 
     def predict_std(self, state: UnitFreeState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,); 68 % of the errors lie within it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,); 68 % of the errors lie within it."""
         return state.unit * self._estimator.predict_std(state.inner, np.asarray(times, dtype=float))
 
 

@@ -9,7 +9,6 @@ from .camera_faults import CalibrationWrongFault as CalibrationWrongFault
 from .camera_faults import CameraKnockedFault as CameraKnockedFault
 from .camera_faults import CameraPanFault as CameraPanFault
 from .camera_faults import CameraShakeFault as CameraShakeFault
-from .cast_shadow import CastShadowFault as CastShadowFault
 from .config import CalibrationWrong as CalibrationWrong
 from .config import CameraDark as CameraDark
 from .config import CameraKnocked as CameraKnocked
@@ -60,6 +59,7 @@ from .fault import faults_at as faults_at
 from .host_faults import HostStoppedFault as HostStoppedFault
 from .host_faults import StoppedEstimator as StoppedEstimator
 from .image_faults import CameraDarkFault as CameraDarkFault
+from .image_faults import CastShadowFault as CastShadowFault
 from .image_faults import FlickerFault as FlickerFault
 from .image_faults import FrozenImageFault as FrozenImageFault
 from .image_faults import ImageNoiseFault as ImageNoiseFault

@@ -20,7 +20,7 @@ FAULTS: "Registry[Fault]" = Registry(
         config.CameraShake: "drake_tracker.faults.camera_faults:CameraShakeFault",
         config.CameraPan: "drake_tracker.faults.camera_faults:CameraPanFault",
         config.CalibrationWrong: "drake_tracker.faults.camera_faults:CalibrationWrongFault",
-        config.CastShadow: "drake_tracker.faults.cast_shadow:CastShadowFault",
+        config.CastShadow: "drake_tracker.faults.image_faults:CastShadowFault",
         config.PassingOccluder: "drake_tracker.faults.scene_faults:PassingOccluderFault",
         config.SecondMover: "drake_tracker.faults.scene_faults:SecondMoverFault",
         config.LinkLoss: "drake_tracker.faults.link_faults:LossyLinkFault",

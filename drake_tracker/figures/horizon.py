@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.estimator import Estimator
-from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.estimator import Estimator, make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
 from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK

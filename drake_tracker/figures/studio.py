@@ -31,7 +31,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from drake_tracker.core.log import Signal
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.task import BODY_STATE

@@ -2,7 +2,7 @@ from .config import Lossy as Lossy
 from .config import Perfect as Perfect
 from .link import LINKS as LINKS
 from .link import Link as Link
-from .link_diagram import LinkDiagram as LinkDiagram
+from .link_system import LinkDiagram as LinkDiagram
 from .link_system import LinkSystem as LinkSystem
 from .link_system import add_link as add_link
 from .link_system import make_link as make_link

@@ -1,6 +1,6 @@
 """How often the page of the live view is brought up to date."""
 
-from drake_tracker.core.processes.processors import processors
+from drake_tracker.core.processes.worker_pool import processors
 
 SPARE = processors() > 2
 """Whether this machine has a processor to spare for the browser, beside those that simulate and render."""

@@ -5,13 +5,11 @@ The page is part of the package's own data. Requests that control the run are ac
 
 import json
 import socket
-import threading
 import time
 from collections.abc import Callable
-from importlib.resources import files
 from typing import Any
 
-from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import BackgroundServer, LoopbackHandler
 from drake_tracker.live.pace import EVENTS_INTERVAL
 from drake_tracker.live.state import LiveState
 
@@ -38,7 +36,7 @@ _POLICY = (
 )
 
 
-class Server(LoopbackServer):
+class Server(BackgroundServer):
     """Serves the page of a run in a thread until it is closed.
 
     Attributes:
@@ -64,22 +62,17 @@ class Server(LoopbackServer):
             picture: returns the bytes of a route of `PICTURES`, or None while there are none.
             port: port to listen at; 0 takes a free one. Raises DrakeTrackerError when the port is taken.
         """
-        super().__init__(_Handler, port)
+        super().__init__(_LiveHandler, port, "live view")
         self.state, self.act, self.picture = state, act, picture
-        self._thread = threading.Thread(target=self.serve_forever, name="live view", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stops the server."""
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
+        self.start()
 
 
-class _Handler(LoopbackHandler):
+class _LiveHandler(LoopbackHandler):
     server: Server
     policy = _POLICY
     timeout = _IDLE_TIMEOUT
+    package = "drake_tracker.live"
+    files = FILES
 
     def setup(self) -> None:
         super().setup()
@@ -88,10 +81,7 @@ class _Handler(LoopbackHandler):
     def do_GET(self) -> None:
         if not self.is_addressed():
             return
-        if self.path in FILES:
-            name, kind = FILES[self.path]
-            self.send(200, kind, (files("drake_tracker.live") / "page" / name).read_bytes())
-        elif self.path in PICTURES:
+        if self.path in PICTURES:
             picture = self.server.picture(self.path)
             if picture is None:
                 self.refuse(404, "there is no picture yet")
@@ -100,24 +90,16 @@ class _Handler(LoopbackHandler):
         elif self.path == "/events":
             self._send_events()
         else:
-            self.refuse(404, "there is no such page")
+            self.send_file_of_page()
 
     def do_POST(self) -> None:
-        body = self.read_own_request(LARGEST_REQUEST, "only the live view's own page may control the run")
-        if body is None:
-            return
-        if self.path != "/control":
-            self.refuse(404, "there is no such page")
-            return
-        try:
-            request = json.loads(body)
-            if not isinstance(request, dict):
-                raise ValueError("a JSON object is expected")
-            answer = self.server.act(request.pop("action", None), request)
-        except (ValueError, RecursionError) as error:
-            self.refuse(400, str(error))
-            return
-        self.send(200, "application/json", json.dumps(answer).encode())
+        refusal = "only the live view's own page may control the run"
+        self.answer_own_request("/control", LARGEST_REQUEST, refusal, self._act)
+
+    def _act(self, request: Any) -> dict[str, Any]:
+        if not isinstance(request, dict):
+            raise ValueError("a JSON object is expected")
+        return self.server.act(request.pop("action", None), request)
 
     def _send_events(self) -> None:
         state = self.server.state

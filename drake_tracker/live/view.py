@@ -143,8 +143,8 @@ class LiveView:
             scene_url: address of the 3-D scene.
         """
         from drake_tracker.arm.arm_model import make_arm_model
-        from drake_tracker.diagrams.arms import arm_of
         from drake_tracker.diagrams.hand_eye import has_images
+        from drake_tracker.diagrams.parts import arm_of
         from drake_tracker.live.overview_system import add_overview
         from drake_tracker.live.strips_system import add_strips
         from drake_tracker.tasks.registry import task_of

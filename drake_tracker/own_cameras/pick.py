@@ -1,16 +1,14 @@
 """Lets the user show the object in a page of the browser: ``drake-tracker track --pick``."""
 
-import json
 import threading
 from collections.abc import Callable, Sequence
-from importlib.resources import files
 from typing import Any
 
 import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import BackgroundServer, LoopbackHandler
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.own_cameras.choice import read_pixel, read_window
 
@@ -57,7 +55,7 @@ def _first_image(source: str, fps: float | None) -> np.ndarray:
     raise DrakeTrackerError(f"{source}: there is no image")
 
 
-class PickServer(LoopbackServer):
+class PickServer(BackgroundServer):
     """Serves the page with the first images in a thread until it is closed.
 
     Attributes:
@@ -73,25 +71,18 @@ class PickServer(LoopbackServer):
         Args:
             images: first image of each camera, RGB uint8 (h, w, 3).
         """
-        super().__init__(_Handler)
+        super().__init__(_PickHandler, 0, "pick")
         self.sizes = [(image.shape[1], image.shape[0]) for image in images]
         self.images = [cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes() for image in images]
         self.picked = threading.Event()
         self.roi: list[str] = []
         self.follow: list[str] = []
-        self._thread = threading.Thread(target=self.serve_forever, name="pick", daemon=True)
-        self._thread.start()
+        self.start()
 
-    def close(self) -> None:
-        """Stops the server."""
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
-
-    def take(self, request: Any) -> None:
+    def take(self, request: Any) -> dict[str, Any]:
         """Takes what the user has drawn: {"roi": [text, ...], "follow": [text, ...]}, each for all cameras or empty.
 
-        Raises ValueError or DrakeTrackerError when it is not that.
+        Returns the empty answer. Raises ValueError or DrakeTrackerError when it is not that.
         """
         lists = [request.get(name) if isinstance(request, dict) else None for name in ("roi", "follow")]
         for texts in lists:
@@ -108,37 +99,25 @@ class PickServer(LoopbackServer):
             read_pixel(text, size)
         self.roi, self.follow = roi, follow
         self.picked.set()
+        return {}
 
 
-class _Handler(LoopbackHandler):
+class _PickHandler(LoopbackHandler):
     server: PickServer
     policy = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    package = "drake_tracker.own_cameras"
+    files = FILES
 
     def do_GET(self) -> None:
         if not self.is_addressed():
             return
-        if self.path in FILES:
-            name, kind = FILES[self.path]
-            self.send(200, kind, (files("drake_tracker.own_cameras") / "page" / name).read_bytes())
-        elif self.path == "/cameras":
-            self.send(200, "application/json", json.dumps(self.server.sizes).encode())
+        names = [f"/image{k}.png" for k in range(len(self.server.images))]
+        if self.path == "/cameras":
+            self.send_json(self.server.sizes)
+        elif self.path in names:
+            self.send(200, "image/png", self.server.images[names.index(self.path)])
         else:
-            names = [f"/image{k}.png" for k in range(len(self.server.images))]
-            if self.path in names:
-                self.send(200, "image/png", self.server.images[names.index(self.path)])
-            else:
-                self.refuse(404, "there is no such page")
+            self.send_file_of_page()
 
     def do_POST(self) -> None:
-        body = self.read_own_request(LARGEST_REQUEST, "only the page itself may choose")
-        if body is None:
-            return
-        if self.path != "/pick":
-            self.refuse(404, "there is no such page")
-            return
-        try:
-            self.server.take(json.loads(body))
-        except (ValueError, RecursionError, DrakeTrackerError) as error:
-            self.refuse(400, str(error))
-            return
-        self.send(200, "application/json", b"{}")
+        self.answer_own_request("/pick", LARGEST_REQUEST, "only the page itself may choose", self.server.take)

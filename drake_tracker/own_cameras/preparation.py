@@ -15,7 +15,7 @@ from drake_tracker.cameras.files.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.cameras.latency.camera_latency import load_latencies
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.config import CoordinatedTurn
-from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
+from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
 from drake_tracker.footage.recording import FootageRecorder, find_recordings

@@ -31,21 +31,21 @@ def make_server(page: str, folder: str | os.PathLike[str], names: Iterable[str],
         names: of the files that may be requested.
         port: to listen at; 0 takes a free one.
     """
-    files = {f"/{name}": Path(folder) / name for name in names}
-    return LoopbackServer(type("Handler", (_Handler,), {"page": page.encode("utf-8"), "files": files}), port)
+    paths = {f"/{name}": Path(folder) / name for name in names}
+    return LoopbackServer(type("Handler", (_RunHandler,), {"page": page.encode("utf-8"), "paths": paths}), port)
 
 
-class _Handler(LoopbackHandler):
+class _RunHandler(LoopbackHandler):
     policy = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'self'"
     """Recordings contain their scripts; nothing may be loaded from another host."""
     page: bytes = b""
-    files: Mapping[str, Path] = {}
+    paths: Mapping[str, Path] = {}
 
     def do_GET(self) -> None:
         if not self.is_addressed():
             return
         path = self.path.split("?")[0]
-        file = self.files.get(path)
+        file = self.paths.get(path)
         if path == "/":
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", self.page, _RANGES)
         elif file is None or not is_own_file(file.parent, file.name):

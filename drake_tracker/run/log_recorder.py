@@ -12,8 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 from drake_tracker.arm.arm_model import ArmModel, tool_yaw
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import unwritable
-from drake_tracker.core.log import STREAM_FILE, Signal
-from drake_tracker.core.log_stream import LogStream
+from drake_tracker.core.log import STREAM_FILE, LogStream, Signal
 from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.timing import VISION_PERIOD, steps_in
 from drake_tracker.tasks.task import BODY_STATE, Task

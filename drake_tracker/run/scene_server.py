@@ -9,7 +9,6 @@ import re
 import secrets
 import select
 import socket
-import threading
 import time
 from base64 import b64encode
 from hashlib import sha1
@@ -17,7 +16,7 @@ from http import HTTPStatus
 from http.client import HTTPConnection
 from importlib.resources import files
 
-from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import BackgroundServer, LoopbackHandler
 
 _FILES = re.compile(r"/|/favicon\.ico|/cas-v1/[0-9a-f]{64}")
 """Routes of Meshcat that are passed on: its page, and the script and the textures that are named by their SHA-256."""
@@ -48,8 +47,8 @@ def hidden_address() -> str:
     return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
 
 
-class SceneServer(LoopbackServer):
-    """Serves the page of a Meshcat in a thread until it is closed.
+class SceneServer(BackgroundServer):
+    """Serves the page of a Meshcat in a thread until it is closed; open pages stay connected until Meshcat ends.
 
     Args:
         meshcat: (address, port) of Meshcat's server.
@@ -61,20 +60,13 @@ class SceneServer(LoopbackServer):
     """
 
     def __init__(self, meshcat: tuple[str, int]) -> None:
-        super().__init__(_Handler)
+        super().__init__(_SceneHandler, 0, "scene")
         self.meshcat = meshcat
         self.url = f"http://localhost:{self.server_address[1]}/"
-        self._thread = threading.Thread(target=self.serve_forever, args=(0.1,), name="scene", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stops the server. Open pages stay connected until Meshcat ends."""
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
+        self.start()
 
 
-class _Handler(LoopbackHandler):
+class _SceneHandler(LoopbackHandler):
     server: SceneServer
     policy = _POLICY
     timeout = _TIMEOUT

@@ -10,8 +10,7 @@ from typing import Any
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.regular_file import printable
 from drake_tracker.core.setting import allowed, as_tuple, constants_of, key_of, kinds_of, list_kinds, settings_of
-from drake_tracker.scenarios.tree import Value, parse
-from drake_tracker.scenarios.writer import tree_of
+from drake_tracker.scenarios.tree import Value, parse, tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
 _NAMES = "names, each with a number, true or false, or text"

@@ -1,10 +1,12 @@
 """A scenario file as a tree of values that know where they were written.
 
 The tree is made from the nodes that YAML composes, not from the objects that it constructs, because only the nodes
-contain line numbers, tags and repeated keys.
+contain line numbers, tags and repeated keys. `tree_of` and `plain` turn settings back into trees and plain values.
 """
 
+import dataclasses
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -12,10 +14,14 @@ from typing import Any, ClassVar
 
 import yaml
 
+from drake_tracker.core.errors import DrakeTrackerWarning
 from drake_tracker.core.files.bounded_yaml import BoundedLoader
+from drake_tracker.core.setting import key_of, kinds_of, list_kinds, settings_of
 
 _MAPPING = "tag:yaml.org,2002:map"
 """YAML's name of a mapping without a tag."""
+RENAMED_TAGS = {"Slope": "InclinedPlane"}
+"""{former tag: tag}. Users' files and commands may still use the former tag; its settings must mean the same."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 
 
@@ -101,7 +107,7 @@ def _convert(
     in_file: bool,
 ) -> Value:
     origin = describe(node.start_mark.line + 1)
-    tag = node.tag[1:] if node.tag.startswith("!") else None
+    tag = _present_tag(node.tag[1:], origin, path) if node.tag.startswith("!") else None
     if isinstance(node, yaml.SequenceNode):
         items = [_convert(loader, item, path, describe, errors, in_file) for item in node.value]
         return Value(items, origin, tag, in_file)
@@ -131,6 +137,14 @@ def _convert(
     if node.style is None and _EXPONENT.fullmatch(node.value):
         return Value(float(node.value), origin, in_file=in_file)  # YAML 1.1 reads 1e-3, without a point, as text.
     return Value(node.value, origin, in_file=in_file)
+
+
+def _present_tag(tag: str, origin: str, path: str) -> str:
+    """Returns the present name of a tag. Warns if it is a former one."""
+    if tag in RENAMED_TAGS:
+        line = f"{origin}: {f'{path}: ' if path else ''}!{tag} is now called !{RENAMED_TAGS[tag]}"
+        warnings.warn(line, DrakeTrackerWarning, stacklevel=2)
+    return RENAMED_TAGS.get(tag, tag)
 
 
 def merge(base: Value, over: Value) -> Value:
@@ -183,3 +197,48 @@ class _Dumper(yaml.SafeDumper):
 def dump(data: Mapping[str, Any]) -> str:
     """Returns a mapping as YAML text that `parse` and Drake can read."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=False)
+
+
+def tree_of(part: Any, origin: str) -> Value:
+    """Returns the tree of a dataclass instance, from which `read` makes an equal instance.
+
+    Args:
+        part: a dataclass instance made of settings, or the value of a setting.
+        origin: where the values were written, for messages.
+    """
+    if dataclasses.is_dataclass(part):
+        data = {key_of(field): tree_of(getattr(part, field.name), origin) for field in settings_of(part)}
+        return Value(data, origin, type(part).__name__)
+    if isinstance(part, dict):
+        return Value({name: tree_of(item, origin) for name, item in part.items()}, origin)
+    if isinstance(part, (list, tuple)):
+        return Value([tree_of(item, origin) for item in part], origin)
+    return Value(part, origin)
+
+
+def plain(part: Any) -> dict[str, Any]:
+    """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
+
+    A part in a list, and one that is not of the first kind of its role, has the name of its kind as ``_tag``. A setting
+    that is None by default is omitted while it is None.
+    """
+    result: dict[str, Any] = {}
+    for field in settings_of(part):
+        value, kinds = getattr(part, field.name), kinds_of(field.type)
+        if value is None and field.default is None:
+            continue
+        if list_kinds(field.type):
+            result[key_of(field)] = [_tagged(item) for item in value]
+        elif dataclasses.is_dataclass(value):
+            result[key_of(field)] = plain(value) if type(value) is kinds[0] else _tagged(value)
+        else:
+            result[key_of(field)] = _as_list(value)
+    return result
+
+
+def _tagged(part: Any) -> dict[str, Any]:
+    return plain(part) | {"_tag": f"!{type(part).__name__}"}
+
+
+def _as_list(value: Any) -> Any:
+    return [_as_list(item) for item in value] if isinstance(value, tuple) else value

@@ -20,8 +20,7 @@ from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.consent import find_module, is_trusted
 from drake_tracker.scenarios.reader import read
-from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse, parse_file
-from drake_tracker.scenarios.writer import plain, tree_of
+from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse, parse_file, plain, tree_of
 from drake_tracker.tasks.registry import TASKS
 
 PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}

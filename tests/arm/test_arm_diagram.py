@@ -10,11 +10,10 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.config import PacketGuardConfig, ServoConfig
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
-from drake_tracker.arm.motion.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.arm.motion.servo_system import ServoSystem
+from drake_tracker.arm.motion.tool_controller import DifferentialIkSystem, TransformEquationSystem
 from drake_tracker.arm.motion.tool_motion import ToolMotion
-from drake_tracker.arm.motion.transform_equation_system import TransformEquationSystem
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import (

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+import typing
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +10,17 @@ from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.description import FINGERS, PUMA560, PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.config import HandKind, Puma560, SevenJoint, UR5e
+from drake_tracker.arm.description import (
+    ARMS,
+    FINGERS,
+    PUMA560,
+    PUMA560_CUP,
+    SEVEN_JOINT,
+    UR5E,
+    arms_without,
+    make_arm,
+)
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers
 from drake_tracker.core.errors import DrakeTrackerError
@@ -122,3 +135,39 @@ def test_the_probe_reaches_the_marks_of_the_board(description, mark):
     p_WP = [0.56 + mark[1] * np.cos(slope), -mark[0], 0.53 + mark[1] * np.sin(slope)]
     q = joints_for(model, description.q_start, tool_down(p_WP, np.pi))
     assert np.all(np.minimum(q - model.position_lower, model.position_upper - q) > np.deg2rad(10.0))
+
+
+@pytest.mark.parametrize(
+    "settings, hand, expected",
+    [
+        (Puma560(), HandKind.GRIPPER, PUMA560),
+        (Puma560(), HandKind.CUP, PUMA560_CUP),
+        (SevenJoint(), HandKind.CUP, SEVEN_JOINT),
+        (UR5e(), HandKind.GRIPPER, UR5E),
+    ],
+)
+def test_an_arm_is_chosen_by_its_settings_and_the_hand_of_the_task(settings, hand, expected):
+    arm = make_arm(settings, hand=hand)
+    assert arm is expected and arm.hand is hand
+
+
+def test_a_hand_that_an_arm_does_not_have_is_refused():
+    with pytest.raises(DrakeTrackerError, match="the arm SevenJoint has no gripper; it has a cup"):
+        make_arm(SevenJoint(), hand=HandKind.GRIPPER)
+    with pytest.raises(DrakeTrackerError, match="arm: kind is .*; allowed are puma560, seven_joint, ur5e"):
+        make_arm(PUMA560, hand=HandKind.CUP)
+
+
+def test_the_hand_follows_from_the_fingers():
+    assert replace(PUMA560, fingers=()).hand is HandKind.CUP
+
+
+def test_a_task_offers_the_arms_that_have_its_hand():
+    assert arms_without(HandKind.GRIPPER) == (SevenJoint,) and arms_without(HandKind.CUP) == (UR5e,)
+    assert set(typing.get_args(ARMS.union(int, without=arms_without(HandKind.GRIPPER)))) == {Puma560, UR5e, int}
+
+
+def test_settings_and_descriptions_do_not_load_drake():
+    names = "HandKind, Puma560, ServoConfig, PUMA560"
+    code = f"import sys; from drake_tracker.arm import {names}; assert 'pydrake' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

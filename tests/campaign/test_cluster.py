@@ -14,9 +14,9 @@ from campaign_trials import die_of_seed_1, quick, slow
 
 from drake_tracker.campaign import cluster as cluster_module
 from drake_tracker.campaign.cluster import cluster
+from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
-from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.run import carry_out
 from drake_tracker.core.errors import DrakeTrackerError
 

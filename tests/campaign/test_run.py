@@ -11,13 +11,11 @@ from contextlib import suppress
 import pytest
 from campaign_trials import Stops, die_of_seed_1, here, lose_seed_1, quick
 
-from drake_tracker.campaign.directory import PLAN, TRIALS
-from drake_tracker.campaign.plan import make_plan
+from drake_tracker.campaign.directory import PLAN, TRIALS, Record, read_lines
+from drake_tracker.campaign.plan import Lost, make_plan, run_trial
 from drake_tracker.campaign.pool import pool
-from drake_tracker.campaign.record import Record, read_lines
 from drake_tracker.campaign.run import carry_out, make_runner, run_campaign
 from drake_tracker.campaign.table import require_parquet
-from drake_tracker.campaign.trial import Lost, run_trial
 from drake_tracker.core.errors import DrakeTrackerError, MachineError
 
 VARY = {"track.speed": ["0.1", "0.3"]}

@@ -1,20 +1,25 @@
 """Tests of custom parts: `!Custom` finds them, passes their parameters, and reports what is wrong with them."""
 
+import functools
 import pickle
 import shutil
 import sys
+import typing
 from pathlib import Path
 
 import numpy as np
+import own_estimator
 import pytest
 from pydrake.lcm import DrakeLcm
 
 from drake_tracker import cli, load_scenario, make_diagram, simulate
-from drake_tracker.campaign.plan import make_plan
+from drake_tracker.arm.description import PUMA560, ArmDescription
+from drake_tracker.campaign.plan import make_plan, run_trial
 from drake_tracker.campaign.pool import pool
-from drake_tracker.campaign.trial import run_trial
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.diagrams.custom import check_role
 from drake_tracker.diagrams.parts import check_custom_parts
+from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.run.options import RunOptions
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.tasks import save_scenario
@@ -219,3 +224,97 @@ def test_a_scenario_with_a_custom_part_can_be_pickled(folder, name):
     scenario = load_scenario(write(folder, name))
     again = pickle.loads(pickle.dumps(scenario))
     assert again == scenario and again.where("estimator") == scenario.where("estimator")
+
+
+if typing.TYPE_CHECKING:
+    from drake_tracker.arm.description import ArmDescription as Arm
+
+
+def never() -> typing.Any:
+    raise AssertionError("it was called")
+
+
+def makes_estimator() -> Estimator:
+    return never()
+
+
+def makes_estimator_of_a_state() -> Estimator[own_estimator.Newest]:
+    return never()
+
+
+def makes_its_own_class() -> own_estimator.StraightOn:
+    return never()
+
+
+def makes_arm() -> ArmDescription:
+    return never()
+
+
+def makes_arm_by_name() -> "ArmDescription":
+    return never()
+
+
+def makes_arm_of_a_module() -> "own_estimator.ArmDescription":
+    return never()
+
+
+def makes_arm_under_another_name() -> "Arm":
+    return never()
+
+
+def makes_a_number() -> int:
+    return never()
+
+
+def states_nothing():
+    return never()
+
+
+class IsAnArm(ArmDescription):
+    def __init__(self):
+        never()
+
+
+@pytest.mark.parametrize(
+    ("make", "role"),
+    [
+        (own_estimator.StraightOn, Estimator),
+        (makes_estimator, Estimator),
+        (makes_estimator_of_a_state, Estimator),
+        (makes_its_own_class, Estimator),
+        (makes_arm, ArmDescription),
+        (makes_arm_by_name, ArmDescription),
+        (makes_arm_of_a_module, ArmDescription),
+        (IsAnArm, ArmDescription),
+        (ArmDescription, ArmDescription),
+    ],
+)
+def test_what_makes_a_part_of_the_role_is_accepted(make, role):
+    check_role(make, role, "mine.make")
+
+
+@pytest.mark.parametrize(
+    ("make", "role", "message"),
+    [
+        (
+            own_estimator.WithoutStd,
+            Estimator,
+            "has no method predict_std; an estimator has initial_state, update, ready",
+        ),
+        (dict, Estimator, "has no method initial_state, ready, predict, predict_std"),
+        (makes_arm, Estimator, "is annotated with -> ArmDescription; it must return an estimator, Estimator"),
+        (makes_a_number, ArmDescription, "is annotated with -> int; it must return an arm, ArmDescription"),
+        (makes_arm_under_another_name, ArmDescription, "is annotated with -> Arm; it must return an arm"),
+        (makes_estimator, ArmDescription, "is annotated with -> Estimator"),
+        (states_nothing, ArmDescription, "annotate it: def states_nothing(...) -> ArmDescription"),
+        (lambda: never(), Estimator, "does not state what it returns"),
+        (own_estimator.StraightOn, ArmDescription, "is a class that is no ArmDescription"),
+        (print, Estimator, "is a builtin_function_or_method; an estimator is made by a class that is one, or by a"),
+        (functools.partial(makes_arm), ArmDescription, "is a partial; an arm is made by"),
+        (PUMA560, ArmDescription, "is a ArmDescription"),
+    ],
+)
+def test_anything_else_is_refused_in_one_line(make, role, message):
+    with pytest.raises(DrakeTrackerError) as caught:
+        check_role(make, role, "mine.make")
+    assert str(caught.value).startswith("mine.make ") and message in str(caught.value), caught.value

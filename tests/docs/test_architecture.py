@@ -94,7 +94,7 @@ def test_the_default_run_executes_what_the_tables_name(file, name, default_run):
         ("vision/silhouettes/tracker.py", "Tracker"),
         ("estimation/estimator_bank_system.py", "EstimatorBankSystem"),
         ("estimation/closed_path.py", "ClosedPathEstimator"),
-        ("estimation/kinds.py", "make_estimator"),
+        ("estimation/estimator.py", "make_estimator"),
     ],
     ids=lambda pointer: pointer,
 )

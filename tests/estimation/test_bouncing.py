@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.estimation.bouncing import BouncingEstimator, noticing_bounces
-from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.config import AlphaBetaGamma, CoordinatedTurn
-from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.estimator import check_estimator, make_estimator
 from drake_tracker.estimation.parts.bounce import INSTANTS, most_likely_bounce
 from drake_tracker.estimation.parts.speed_change import PLACE_STD, REFERENCE_NOISE, SPEED_STD
 from drake_tracker.own_cameras.scale import own_estimator

@@ -13,7 +13,7 @@ BALLS = 120
 
 
 def slope(**settings):
-    return make_estimator("slope", X_WB=X_WB, **settings)
+    return make_estimator("inclined_plane", X_WB=X_WB, **settings)
 
 
 def watch(estimator, stamps, points):
@@ -263,7 +263,7 @@ def test_an_update_leaves_the_old_state_as_it_was():
 
 def test_the_board_may_be_given_as_twelve_numbers():
     stamps = PERIOD * np.arange(6)
-    one, other = slope(), make_estimator("slope", X_WB=X_WB[:3].ravel().tolist(), length=LENGTH)
+    one, other = slope(), make_estimator("inclined_plane", X_WB=X_WB[:3].ravel().tolist(), length=LENGTH)
     a, b = (estimator.exit(watch(estimator, stamps, free(stamps))[-1]) for estimator in (one, other))
     assert a.time == b.time and a.x == b.x
 
@@ -283,6 +283,6 @@ def test_the_board_may_be_given_as_twelve_numbers():
     ],
 )
 def test_wrong_settings_are_one_line(wrong):
-    with pytest.raises(DrakeTrackerError, match="slope") as caught:
-        make_estimator("slope", **{"X_WB": X_WB, **wrong})
+    with pytest.raises(DrakeTrackerError, match="inclined_plane") as caught:
+        make_estimator("inclined_plane", **{"X_WB": X_WB, **wrong})
     assert "\n" not in str(caught.value)

@@ -32,7 +32,7 @@ def test_a_value_that_is_not_a_number_is_named_at_construction(kind, name):
         ("closed_path", {"turn": CoordinatedTurn(bend_noise=0.0)}, "bend_noise is 0.0"),
         ("closed_path", {"phase": 3}, "phase_filter: settings are 3; they must be a PhaseFilterConfig"),
         ("alpha_beta_gamma", {"tracking_index": 1e-300}, "tracking_index is 1e-300; it must be 1e-30 or more"),
-        ("slope", {}, "slope: .*X_WB"),
+        ("inclined_plane", {}, "inclined_plane: .*X_WB"),
         ([], {}, "kind is"),
     ],
 )

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.check import check_estimator
-from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.estimator import check_estimator, make_estimator
 from drake_tracker.estimation.sudden_change import WINDOW, SuddenChangeEstimator, with_speed_change_detection
 
 PERIOD = 1.0 / 60.0

@@ -6,9 +6,9 @@ import pytest
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import unit_free as scaled
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaEstimator
-from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
+from drake_tracker.estimation.estimator import check_estimator
 from drake_tracker.estimation.unit_free import NOISE, SPEED, UnitFreeEstimator, noise_of, unit_of
 from drake_tracker.own_cameras.scale import own_estimator
 

@@ -20,7 +20,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.setting import as_tuple
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.live.strips_system import add_strips

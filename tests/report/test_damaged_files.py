@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.core.log import STREAM_FILE, load_log, save_log
-from drake_tracker.core.log_stream import LogStream
+from drake_tracker.core.log import STREAM_FILE, LogStream, load_log, save_log
 from drake_tracker.report.page import page_of
 from drake_tracker.report.run_files import read_run
 from drake_tracker.report.server import make_server

@@ -10,10 +10,11 @@ import yaml
 
 from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.core.setting import settings_of
-from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
+from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, InclinedPlane
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import Lossy, Perfect
 from drake_tracker.scenarios.reader import setting_keys
+from drake_tracker.scenarios.tree import RENAMED_TAGS, parse
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
@@ -418,6 +419,22 @@ def test_a_former_name_may_be_the_name_of_an_own_scenario(tmp_path):
     path = write(tmp_path, "mine: {base: 'train:blind'}\n'train:blind': {base: 'train:two', seed: 7}\n")
     scenario, lines = warned_of(f"{path}:mine")
     assert lines == [] and scenario.seed == 7 and scenario.objects == load_scenario("train:two").objects
+
+
+@pytest.mark.parametrize("former, tag", RENAMED_TAGS.items())
+def test_a_former_tag_means_the_present_one_and_warns_in_one_line_with_the_new_name(tmp_path, former, tag):
+    errors = []
+    with pytest.warns(DrakeTrackerWarning) as caught:
+        tree = parse(f"part: !{former} {{}}\n", lambda line: f"mine.yaml line {line}", errors)
+    assert [str(each.message) for each in caught] == [f"mine.yaml line 1: part: !{former} is now called !{tag}"]
+    assert errors == [] and tree.find("part").tag == tag
+
+
+def test_the_settings_of_a_former_tag_are_read(tmp_path):
+    path = write(tmp_path, "mine:\n  base: ball\n  estimator: !Slope {sigma: 0.003}\n")
+    scenario, lines = warned_of(path)
+    assert lines == [f"{path} line 3: mine.estimator: !Slope is now called !InclinedPlane"]
+    assert scenario.estimator == InclinedPlane(sigma=0.003)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,4 @@
 from .differential_ik import joints_for as joints_for
-from .differential_ik_system import DifferentialIkSystem as DifferentialIkSystem
 from .servo import Servo as Servo
 from .servo import ServoState as ServoState
 from .servo_system import ServoSystem as ServoSystem
@@ -8,8 +7,9 @@ from .servo_system import make_servo_system as make_servo_system
 from .set_point_spline_system import SetPointSplineSystem as SetPointSplineSystem
 from .set_point_spline_system import add_joint_feedforward as add_joint_feedforward
 from .set_point_spline_system import add_set_point_spline as add_set_point_spline
+from .tool_controller import DifferentialIkSystem as DifferentialIkSystem
 from .tool_controller import ToolController as ToolController
+from .tool_controller import TransformEquationSystem as TransformEquationSystem
 from .tool_controller import add_tool_controller as add_tool_controller
 from .tool_motion import MotionFrame as MotionFrame
 from .tool_motion import ToolMotion as ToolMotion
-from .transform_equation_system import TransformEquationSystem as TransformEquationSystem

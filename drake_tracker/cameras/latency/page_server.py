@@ -1,15 +1,10 @@
 """Serves the page with the running code to a browser on this machine."""
 
-import json
-import threading
 import time
 from collections.abc import Callable
-from importlib.resources import files
-from types import TracebackType
-from typing import Self
 
 from drake_tracker.cameras.latency import screen_code
-from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import BackgroundServer, LoopbackHandler
 
 FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),
@@ -19,7 +14,7 @@ FILES = {
 """Routes of the page: file in the folder ``page``, and its media type."""
 
 
-class CodeServer(LoopbackServer):
+class CodeServer(BackgroundServer):
     """Serves the page in a thread until it is closed: a context manager.
 
     Args:
@@ -28,38 +23,26 @@ class CodeServer(LoopbackServer):
     """
 
     def __init__(self, port: int = 0, clock: Callable[[], float] = time.time) -> None:
-        super().__init__(_Handler, port)
+        super().__init__(_CodeHandler, port, "running code")
         self.clock = clock
-        self._thread = threading.Thread(target=self.serve_forever, name="running code", daemon=True)
-        self._thread.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.shutdown()
-        self.server_close()
-        self._thread.join()
+        self.start()
 
 
-class _Handler(LoopbackHandler):
+class _CodeHandler(LoopbackHandler):
     server: CodeServer
     policy = "default-src 'self'; img-src data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    package = "drake_tracker.cameras.latency"
+    files = FILES
 
     def do_GET(self) -> None:
         if not self.is_addressed():
             return
-        if self.path in FILES:
-            name, kind = FILES[self.path]
-            self.send(200, kind, (files("drake_tracker.cameras.latency") / "page" / name).read_bytes())
-        elif self.path == "/time":
+        if self.path == "/time":
             self.send(200, "text/plain", f"{1e3 * self.server.clock():.3f}".encode())
         elif self.path == "/layout.json":
-            self.send(200, "application/json", json.dumps(_layout()).encode())
+            self.send_json(_layout())
         else:
-            self.refuse(404, "there is no such page")
+            self.send_file_of_page()
 
 
 def _layout() -> dict[str, object]:

@@ -1,19 +1,24 @@
-"""An HTTP server for this machine only: the common part of the page of a finished run and of the live view.
+"""An HTTP server for this machine only: what all pages of the package have in common.
 
 The server is bound to the loopback address, and answers only requests whose Host header names it. A page of another
 site whose name was made to resolve to this machine can therefore neither read nor control a run. Handlers look the path
 of a request up in a table and never use it for anything else.
 """
 
+import json
 import sys
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
+from importlib.resources import files
+from typing import Any, ClassVar
 
 from drake_tracker.core.errors import DrakeTrackerError
 
 HOST = "127.0.0.1"
+_POLL_INTERVAL = 0.1
+"""Longest time after which a server in a thread notices that it is to stop [s]."""
 
 
 class LoopbackServer(ThreadingHTTPServer):
@@ -51,17 +56,48 @@ class LoopbackServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
+class BackgroundServer(LoopbackServer):
+    """A `LoopbackServer` that answers requests in a thread until it is closed: a context manager.
+
+    Args:
+        handler: subclass of `LoopbackHandler`.
+        port: to listen at; 0 takes a free one.
+        name: of the thread.
+    """
+
+    def __init__(self, handler: "type[LoopbackHandler]", port: int, name: str) -> None:
+        super().__init__(handler, port)
+        self._thread = threading.Thread(target=self.serve_forever, args=(_POLL_INTERVAL,), name=name, daemon=True)
+
+    def start(self) -> None:
+        """Begins to answer requests."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stops the server. Connections that are open stay so until the other side ends them."""
+        self.shutdown()
+        self.server_close()
+        self._thread.join()
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
 class LoopbackHandler(BaseHTTPRequestHandler):
     """Base of the request handlers.
 
     Attributes:
         policy: Content-Security-Policy of every answer, which limits what its content may load.
+        package: package whose folder ``page`` has the files of the page.
+        files: {route: (name of the file, its media type)}.
     """
 
     server: LoopbackServer
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "drake-tracker", ""
     policy = "default-src 'self'"
+    package = ""
+    files: ClassVar[Mapping[str, tuple[str, str]]] = {}
 
     def is_addressed(self) -> bool:
         """Returns whether the Host header of the request names this server; refuses the request if not."""
@@ -88,6 +124,40 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, message)
             return None
         return self.rfile.read(int(length))
+
+    def answer_own_request(self, route: str, largest: int, refusal: str, act: Callable[[Any], Any]) -> None:
+        """Answers a POST request of this server's own page: JSON comes in, and JSON goes out.
+
+        Args:
+            route: the only route that is answered.
+            largest: greatest size of the body [bytes].
+            refusal: line for a request from another page.
+            act: returns the answer to the value of the body; raises ValueError or DrakeTrackerError for a wrong one.
+        """
+        body = self.read_own_request(largest, refusal)
+        if body is None:
+            return
+        if self.path != route:
+            self.refuse(HTTPStatus.NOT_FOUND, "there is no such page")
+            return
+        try:
+            answer = act(json.loads(body))
+        except (ValueError, RecursionError, DrakeTrackerError) as error:
+            self.refuse(HTTPStatus.BAD_REQUEST, str(error))
+            return
+        self.send_json(answer)
+
+    def send_json(self, value: Any) -> None:
+        """Sends a value as JSON."""
+        self.send(HTTPStatus.OK, "application/json", json.dumps(value).encode())
+
+    def send_file_of_page(self) -> None:
+        """Sends the file of the page that the route of the request names; refuses the request if there is none."""
+        if self.path in self.files:
+            name, media_type = self.files[self.path]
+            self.send(HTTPStatus.OK, media_type, (files(self.package) / "page" / name).read_bytes())
+        else:
+            self.refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
     def send(self, status: int, media_type: str, body: bytes, more: Mapping[str, str] | None = None) -> None:
         """Sends an answer; its body is omitted when the request is HEAD.

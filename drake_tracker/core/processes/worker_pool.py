@@ -5,6 +5,7 @@ The pools of the standard library do not survive the death of a worker: a worker
 """
 
 import multiprocessing
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -109,3 +110,10 @@ def _serve(work: Callable[[Any], Any], pipe: Any) -> None:
             pipe.send(result)
         except BrokenPipeError:  # the caller was killed
             return
+
+
+def processors() -> int:
+    """Returns the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -179,15 +179,10 @@ class TurnFilter:
         return state.ready
 
     def update(self, state: TurnFilterState, stamp: float, p_WQ: np.ndarray | None) -> TurnFilterState:
-        """Returns the state after a point.
+        """Returns the state after a point, see `Estimator.update`.
 
         A point that is None, not finite, or not newer than the state leaves the state as it is. An outlier (see
         `OUTLIER_DISTANCE`) only advances the state in time; after `JUMP_COUNT` consecutive ones the filter restarts.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
         """
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
@@ -322,12 +317,7 @@ class TurnFilter:
         )
 
     def predict(self, state: TurnFilterState, times: ArrayLike) -> np.ndarray:
-        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading."""
         tau = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
         x, y, heading, speed, curvature = state.mean
         half = 0.5 * curvature * speed * tau
@@ -340,12 +330,7 @@ class TurnFilter:
         return rows
 
     def predict_std(self, state: TurnFilterState, times: ArrayLike) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
+        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it."""
         tau = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
         tau = np.maximum(tau, 0.0)
         # The standard deviation grows smoothly, so a few times are enough.

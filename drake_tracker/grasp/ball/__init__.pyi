@@ -8,5 +8,5 @@ from .catch_system import CatchSystem as CatchSystem
 from .catch_system import TouchSystem as TouchSystem
 from .touch_diagram import TouchDiagram as TouchDiagram
 from .touch_machine import TouchMachine as TouchMachine
+from .touch_machine import TouchPhase as TouchPhase
 from .touch_machine import touched_points as touched_points
-from .touch_schema import TouchPhase as TouchPhase

@@ -17,8 +17,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 from drake_tracker.grasp.ball.catch_machine import CatchMachine, CatchObservation, CatchState
-from drake_tracker.grasp.ball.touch_machine import TouchMachine
-from drake_tracker.grasp.ball.touch_schema import TouchState
+from drake_tracker.grasp.ball.touch_machine import TouchMachine, TouchState
 from drake_tracker.grasp.machine_system import MachineSystem
 
 

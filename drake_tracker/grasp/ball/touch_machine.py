@@ -1,4 +1,4 @@
-"""Touching three marks on the board with a guarded move (Nashman and Chaconas 1990, section 3).
+"""Touching three marks on the board with a guarded move (Nashman and Chaconas 1990, section 3): phases, state, machine.
 
 The paper places "the manipulator's end effector at three locations on the board". An operator has jogged the probe over
 each mark beforehand. Here the arm moves there and then down slowly until it feels contact, notes where its own encoders
@@ -7,7 +7,8 @@ put the probe when the force began, and moves up again.
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,50 @@ from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.motion.tool_motion import MotionFrame
 from drake_tracker.arm.motion.transform_equation import PEAK_OVER_MEAN
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import TouchReport
-from drake_tracker.grasp.ball.touch_schema import TouchPhase, TouchState
 from drake_tracker.grasp.config import TouchConfig
+
+
+class TouchPhase(IntEnum):
+    """What the arm is doing: values of `TouchReport`'s ``phase`` field."""
+
+    TRAVEL = 0
+    ABOVE = 1
+    DOWN = 2
+    UP = 3
+    DONE = 4
+    MISSED = 5
+
+
+@dataclass(frozen=True)
+class TouchState(FrozenState):
+    """Everything the touching remembers.
+
+    Attributes:
+        phase: what the arm is doing.
+        mark: number of the current mark.
+        motion: number of straight-line motions begun.
+        duration: duration of the motion under way [s].
+        since: time at which the phase began [s].
+        force: filtered force against the approach [N].
+        rest_force: the same in free air, before the descent [N].
+        felt: consecutive samples above the threshold.
+        last_free: position of the probe when it last felt nothing, p_WP in W, shape (3,) [m].
+        points: positions touched so far, p_WP in W, shape (k, 3) [m].
+    """
+
+    phase: TouchPhase
+    mark: int
+    motion: int
+    duration: float
+    since: float
+    force: float
+    rest_force: float
+    felt: int
+    last_free: np.ndarray
+    points: np.ndarray
+
 
 _SHORTEST = 0.3
 """Shortest motion [s]."""

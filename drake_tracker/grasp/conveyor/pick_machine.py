@@ -20,9 +20,10 @@ from drake_tracker.grasp.conveyor.pick_schema import (
     PICK_PROGRAMS,
     PICK_TRANSITIONS,
     SAME_MOTION,
+    PickObservation,
     PickPhase,
+    PickState,
 )
-from drake_tracker.grasp.conveyor.pick_state import PickObservation, PickState
 from drake_tracker.grasp.descent import BESIDE, RESPONSE, behind, miss
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening

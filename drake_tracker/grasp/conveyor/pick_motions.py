@@ -11,7 +11,7 @@ from drake_tracker.arm.motion.tool_yaw import swing_about_base
 from drake_tracker.arm.motion.transform_equation import PEAK_OVER_MEAN, straight_motion_time
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.grasp.config import PickConfig
-from drake_tracker.grasp.conveyor.pick_state import PickObservation
+from drake_tracker.grasp.conveyor.pick_schema import PickObservation
 
 WRIST_MARGIN = 2.0 * LIMIT_MARGIN
 """Distance [rad] from the end of its range at which the last joint may end a motion."""

@@ -12,7 +12,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 from drake_tracker.grasp.conveyor.pick_machine import PickMachine
-from drake_tracker.grasp.conveyor.pick_state import PickObservation, PickState
+from drake_tracker.grasp.conveyor.pick_schema import PickObservation, PickState
 from drake_tracker.grasp.machine_system import MachineSystem
 
 

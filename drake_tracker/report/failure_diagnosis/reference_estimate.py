@@ -15,7 +15,7 @@ from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
-from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.estimator import make_estimator
 from drake_tracker.tasks.train.episode import train_pose
 
 YARDSTICK = "closed_path"

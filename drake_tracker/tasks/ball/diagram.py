@@ -14,8 +14,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, PROJECTOR_SLOT, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import link_of, make_host
+from drake_tracker.estimation.estimator import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.estimation.kinds import make_estimator
 from drake_tracker.grasp.ball.catch_machine import CatchMachine
 from drake_tracker.grasp.ball.catch_system import CatchSystem
 from drake_tracker.scenarios.base import BaseScenario
@@ -144,11 +144,11 @@ def ball_host(setup: BallSetup) -> EstimatorSystem:
     Raises DrakeTrackerError when the estimator cannot be made.
     """
     board = setup.scenario.board
-    slope = make_estimator(
-        "slope", X_WB=setup.poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length, ball_radius=BALL_RADIUS,
-        walls=board.walls, **asdict(setup.scenario.estimator),
+    estimator = make_estimator(
+        "inclined_plane", X_WB=setup.poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length,
+        ball_radius=BALL_RADIUS, walls=board.walls, **asdict(setup.scenario.estimator),
     )  # fmt: skip
-    return make_host(slope, setup.scenario.time_step, setup.faults)
+    return make_host(estimator, setup.scenario.time_step, setup.faults)
 
 
 def ball_guard(setup: BallSetup) -> PacketGuard:

@@ -25,12 +25,11 @@ from drake_tracker.core.messages import TouchReport
 from drake_tracker.core.setting import replace_settings
 from drake_tracker.core.system_check import require_renderer
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.grasp.ball.board_exit import HAND_YAW
 from drake_tracker.grasp.ball.board_touch import board_pose_from_touches
 from drake_tracker.grasp.ball.touch_diagram import TouchDiagram
-from drake_tracker.grasp.ball.touch_machine import touched_points
-from drake_tracker.grasp.ball.touch_schema import TouchPhase
+from drake_tracker.grasp.ball.touch_machine import TouchPhase, touched_points
 from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drake_tracker.arm.config import HandKind, PacketGuardConfig, Puma560, ServoConfig
-from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.arm.description import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
     BALL_SERVO_PERIOD,
@@ -15,7 +15,7 @@ from drake_tracker.core.timing import (
     BALL_TIME_STEP,
     BALL_UPDATE_CYCLES,
 )
-from drake_tracker.estimation.config import Slope
+from drake_tracker.estimation.config import InclinedPlane
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
@@ -90,7 +90,7 @@ class BallScenario(BaseScenario):
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
     operator: OperatorConfig = setting(OperatorConfig, "what a person does before the run")
     vision: BoardVisionConfig = setting(BoardVisionConfig, "from images to points")
-    estimator: Slope = setting(Slope, "from points to the predicted path")
+    estimator: InclinedPlane = setting(InclinedPlane, "from points to the predicted path")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
     )

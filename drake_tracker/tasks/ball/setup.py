@@ -12,7 +12,7 @@ from drake_tracker.cameras.boards.board_poses import BoardPoses
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.faults.fault import Fault
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.grasp.ball.board_exit import BoardEdge

@@ -25,7 +25,7 @@ from drake_tracker.estimation.belt import BeltEstimator
 from drake_tracker.grasp.conveyor.pick_machine import PickMachine
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.grasp.conveyor.pick_system import PickSystem
-from drake_tracker.link.link_diagram import LinkDiagram
+from drake_tracker.link.link_system import LinkDiagram
 from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.scenario import Measured

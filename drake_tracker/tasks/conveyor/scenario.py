@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drake_tracker.arm.config import HandKind, PacketGuardConfig, Puma560, ServoConfig
-from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.arm.description import ARMS, arms_without
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD

@@ -13,7 +13,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.part_kinds import PART_SHAPES
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.faults.fault import Fault
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.scenarios.base import BaseScenario

@@ -18,8 +18,7 @@ from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.estimation.sudden_change import with_speed_change_detection
 from drake_tracker.grasp.train.grasp_machine import GraspMachine
 from drake_tracker.grasp.train.grasp_system import GraspSystem
-from drake_tracker.link.link_diagram import LinkDiagram
-from drake_tracker.link.link_system import LinkSystem
+from drake_tracker.link.link_system import LinkDiagram, LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.setup import TrainSetup, resolve

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from drake_tracker.arm.config import HandEyeConfig, HandKind, PacketGuardConfig, Puma560, ServoConfig
-from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.arm.description import ARMS, arms_without
 from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
 from drake_tracker.estimation.config import ArcLength
-from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
+from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.jaws import WIDTH_TOLERANCE

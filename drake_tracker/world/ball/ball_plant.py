@@ -10,7 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm, models_parser, set_servo_gains
 from drake_tracker.core.timing import BALL_TIME_STEP
 from drake_tracker.world.ball.ball_board import BALL_RADIUS, draw_board_pose, draw_pegs, draw_start
@@ -64,7 +64,7 @@ class BallLaboratory:
 def add_ball_laboratory(
     builder: DiagramBuilder,
     *,
-    description: Arm,
+    description: ArmDescription,
     board: BoardConfig = BoardConfig(),
     ball: BallConfig = BallConfig(),
     seed: int = 0,

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.core.timing import BALL_TIME_STEP
 from drake_tracker.faults.fault import Fault, FaultyView
 from drake_tracker.faults.image_faults_system import add_image_faults
@@ -85,7 +85,7 @@ class BallWorldDiagram(Diagram):
     def __init__(
         self,
         *,
-        description: Arm,
+        description: ArmDescription,
         q_initial: Sequence[float] | np.ndarray,
         board: BoardConfig = BoardConfig(),
         ball: BallConfig = BallConfig(),

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm, couple_fingers, set_servo_gains
 from drake_tracker.core.models_path import models_path
 from drake_tracker.core.timing import TIME_STEP
@@ -76,7 +76,7 @@ class ConveyorLaboratory:
 def add_conveyor_laboratory(
     builder: DiagramBuilder,
     *,
-    description: Arm,
+    description: ArmDescription,
     belt: BeltConfig = BeltConfig(),
     tray: TrayConfig = TrayConfig(),
     motion: BeltMotion,

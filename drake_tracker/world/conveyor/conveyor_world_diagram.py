@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, faults_at
@@ -88,7 +88,7 @@ class ConveyorWorldDiagram(Diagram):
     def __init__(
         self,
         *,
-        description: Arm,
+        description: ArmDescription,
         q_initial: Sequence[float] | np.ndarray,
         arrivals: Sequence[Arrival],
         duration: float,

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.processes.processors import processors
+from drake_tracker.core.processes.worker_pool import processors
 from drake_tracker.world.config import RENDER_PROCESSES
 
 VARIABLE = "DRAKE_TRACKER_RENDER_PROCESSES"

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm
 from drake_tracker.cameras.boards.chessboard import Chessboard
 from drake_tracker.core.timing import VISION_PERIOD
@@ -37,7 +37,7 @@ class WristCalibrationScene:
     def __init__(
         self,
         *,
-        description: Arm,
+        description: ArmDescription,
         board: Chessboard,
         place: tuple[float, float],
         yaw: float,

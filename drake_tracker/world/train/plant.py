@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, Multibody
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm, couple_fingers, models_parser, set_servo_gains
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.timing import TIME_STEP
@@ -62,7 +62,7 @@ class Laboratory:
 def add_laboratory(
     builder: DiagramBuilder,
     *,
-    description: Arm,
+    description: ArmDescription,
     body: str = "plain",
     scale: float = 1.0,
     colour: str = "",

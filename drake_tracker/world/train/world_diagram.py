@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.arm.description import Arm
+from drake_tracker.arm.description import ArmDescription
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, faults_at
@@ -100,7 +100,7 @@ class WorldDiagram(Diagram):
     def __init__(
         self,
         *,
-        description: Arm,
+        description: ArmDescription,
         q_initial: Sequence[float] | np.ndarray,
         track: Track,
         start: float = 0.0,

@@ -224,7 +224,7 @@ def test_an_unknown_mode_is_a_stop(bench):
 def test_most_balls_among_pegs_end_over_the_cup():
     """A hand within its speed and acceleration; what the estimator says of 16 balls, known 0.1 s late."""
     paths, times, _ = roll(16, seed=11)
-    estimator, rng, caught = make_estimator("slope", X_WB=X_WB), np.random.default_rng(4), []
+    estimator, rng, caught = make_estimator("inclined_plane", X_WB=X_WB), np.random.default_rng(4), []
     for path, end in zip(paths.transpose(1, 0, 2), times):
         stamps, points = points_of(path, end, rng, phase=rng.random())
         machine = CatchMachine(PARAMETERS, edge(), PERIOD)

@@ -10,11 +10,10 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
-from drake_tracker.arm.motion.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.arm.motion.servo_system import ServoSystem
+from drake_tracker.arm.motion.tool_controller import DifferentialIkSystem, TransformEquationSystem
 from drake_tracker.arm.motion.tool_motion import ToolMotion
-from drake_tracker.arm.motion.transform_equation_system import TransformEquationSystem
 from drake_tracker.core.messages import CatchDiagnosis, Prediction, message_size
 from drake_tracker.core.timing import LINK_SLOT, vision_slot
 from drake_tracker.grasp.ball.catch_machine import CatchMachine

@@ -19,8 +19,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TouchReport
 from drake_tracker.grasp.ball.board_touch import board_pose_from_touches
 from drake_tracker.grasp.ball.touch_diagram import TouchDiagram
-from drake_tracker.grasp.ball.touch_machine import touched_points
-from drake_tracker.grasp.ball.touch_schema import TouchPhase
+from drake_tracker.grasp.ball.touch_machine import TouchPhase, touched_points
 from drake_tracker.grasp.config import TouchConfig
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])

@@ -30,8 +30,7 @@ from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import PickConfig
 from drake_tracker.grasp.conveyor.pick_machine import LONGEST_WAIT, PickMachine
 from drake_tracker.grasp.conveyor.pick_motions import way_time
-from drake_tracker.grasp.conveyor.pick_schema import PICK_TRANSITIONS, PickPhase
-from drake_tracker.grasp.conveyor.pick_state import PickObservation
+from drake_tracker.grasp.conveyor.pick_schema import PICK_TRANSITIONS, PickObservation, PickPhase
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED
 from drake_tracker.grasp.operator_override import OperatorMode

@@ -10,7 +10,7 @@ from drake_tracker.arm.description import PUMA560, PUMA560_MARKED
 from drake_tracker.arm.marker_kinematics import MarkerKinematics
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import HandCorrection, HandPoint
-from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.tasks.train.two_processes import resolve_split
 
 MARKED = ["arm.markers=true", "cameras.render_processes=0"]

@@ -1,18 +1,80 @@
-"""A dispatcher that plans the next picks.
+"""The kinds of dispatcher: some rank the parts by a rule and do not look ahead, one plans the next picks.
 
 The n-th pick goes into the n-th free cell. Where the hand is after a set of picks, therefore, depends on their number
 only, and of all orders in which the same set can be picked only the one that ends first matters: the dynamic programme
 of Held and Karp (1962) over sets, here with windows of time.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.config import Eligibility, LookAhead
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.dispatcher import Plan
-from drake_tracker.dispatch.rules import eligible
+
+
+def eligible(candidates: Iterable[Candidate], eligibility: Eligibility) -> list[Candidate]:
+    """Returns the parts that the jaws can grasp, in the order of their numbers."""
+    found = [
+        candidate
+        for candidate in candidates
+        if candidate.clear >= eligibility.min_clear and candidate.std <= eligibility.max_std
+    ]
+    return sorted(found, key=lambda candidate: candidate.number)
+
+
+class _Rule:
+    """A dispatcher that picks the first of the parts in an order.
+
+    Args:
+        settings: settings of the kind.
+        model: the arm's cycle.
+        eligibility: which parts are offered.
+    """
+
+    def __init__(self, settings: object, model: CycleModel, eligibility: Eligibility) -> None:
+        self.settings = settings
+        self.model = model
+        self.eligibility = eligibility
+
+    def choose(self, hand: FreeHand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+        """Returns the plan; see `drake_tracker.dispatch.dispatcher.Dispatcher`."""
+        if not cells:
+            return Plan()
+        best, first = (float("inf"), 0), Plan()
+        for candidate in eligible(candidates, self.eligibility):
+            pick = self.model.pick_time(hand, candidate, now)
+            if pick is not None:
+                rank = (self._rank(candidate, pick, cells[0], now), candidate.number)
+                if rank < best:
+                    best, first = rank, Plan((candidate.number,), (pick,))
+        return first
+
+    def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
+        """Returns the place of a part in the order; of equal ones, the one with the smaller number comes first."""
+        raise NotImplementedError
+
+
+class FirstInFirstOutDispatcher(_Rule):
+    """Picks the part that was seen first."""
+
+    def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
+        return candidate.number
+
+
+class NearestDeadlineDispatcher(_Rule):
+    """Picks the part that leaves the window first."""
+
+    def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
+        return self.model.in_window(candidate, now)[1]
+
+
+class GreedyDispatcher(_Rule):
+    """Picks the part after which the hand is free again first."""
+
+    def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
+        return self.model.place_time(candidate, pick, cell, now)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,23 @@ import pytest
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.descent import BESIDE, CATCHING_UP, RESPONSE, horizon, likelihood, miss, time_to_touch
+from drake_tracker.grasp.descent import (
+    BESIDE,
+    CATCHING_UP,
+    OBLIQUE,
+    REACH,
+    RESPONSE,
+    TRUST,
+    Offset,
+    horizon,
+    likelihood,
+    miss,
+    no_surprise,
+    success_probability,
+    time_to_touch,
+)
 from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
 from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X
-from drake_tracker.grasp.success import OBLIQUE, REACH, TRUST, Offset, no_surprise, success_probability
 
 CONFIG = GraspConfig(descent="blind", gate="auto")
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
