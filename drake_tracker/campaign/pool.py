@@ -17,8 +17,8 @@ which the jobs end. It takes the next job when a worker is free, and stops its w
 def pool(workers: int) -> Runner:
     """Returns a `Runner` on processes of this machine.
 
-    It uses `core.worker_pool` and not `concurrent.futures`: there, a worker that a signal kills (a crash of native
-    code, a lack of memory) breaks the whole pool; here it costs only its own trial.
+    It uses `core.processes.worker_pool` and not `concurrent.futures`: there, a worker that a signal kills (a crash of
+    native code, a lack of memory) breaks the whole pool; here it costs only its own trial.
     """
 
     def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:

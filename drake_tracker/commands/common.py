@@ -21,7 +21,7 @@ Commands = _SubParsersAction
 LONGEST_NAME = 100
 """Greatest number of characters that a scenario's name contributes to the name of a directory."""
 SUCCESS, NOT_TAKEN, TROUBLE, FAULT, BROKEN_PIPE = 0, 1, 2, 3, 141
-"""Exit codes, explained in `drake_tracker.cli`. `core.signals.exit_code` returns that of an interrupted command."""
+"""Exit codes, see `drake_tracker.cli`. `core.processes.signals.exit_code` returns that of an interrupted command."""
 
 
 def add_command(

@@ -33,7 +33,7 @@ WristPoint = namedview(
     ["stamp", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "correlation", "reason", "source", "valid"],
 )
 """What the camera on the hand measures of the target: stamp [s]; p_WQ [m] in W; its covariance [m^2]; correlation of
-the image with the learned appearance; why there is no measurement (`vision.wrist_measurement.WristReason`); which
+the image with the learned appearance; why there is no measurement (`vision.hand.wrist_measurement.WristReason`); which
 cameras the point of the target comes from (0 none, 1 the fixed ones, 2 the one on the hand, 3 all); valid."""
 
 REGION_SLOTS = 16
@@ -67,17 +67,17 @@ TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", 
     "yaw",
     "yaw_known",
 )
-"""Fields of a track: identity (0: empty slot); `vision.object_track.TrackState`; position in W [m], measured where the
-object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m];
-stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]; direction in which an object at rest
-lies [rad], up to half a turn, and 1 if the images have shown it."""
+"""Fields of a track: identity (0: empty slot); `vision.silhouettes.track_3d.TrackState`; position in W [m], measured
+where the object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays
+[m]; stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]; direction in which an object at
+rest lies [rad], up to half a turn, and 1 if the images have shown it."""
 TrackPoints = namedview(
     "TrackPoints",
     ["stamp", "target", "reason", "overflow", "valid"]
     + [f"{field}{k}" for k in range(TRACK_SLOTS) for field in TRACK_FIELDS],
 )
 """All tracks: stamp [s]; number of the target (0: none); why there is no point of it
-(`vision.target.Reason`); number of regions and tracks that found no slot; valid; and `TRACK_SLOTS` tracks."""
+(`vision.silhouettes.target.Reason`); number of regions and tracks that found no slot; valid; `TRACK_SLOTS` tracks."""
 
 EXPECTED_FIELDS = ("number", "x", "y", "z", "vx", "vy", "vz", "std")
 """Fields of an expectation: identity of the track (0: empty slot); position [m], velocity [m/s] and standard deviation
@@ -158,7 +158,7 @@ images together."""
 HandCorrection = namedview("HandCorrection", ["time", "x", "y", "z", "used", "accepted", "rejected", "reason"])
 """What the arm subtracts from the position of its target [m], in W: time [s]; the correction (x, y, z); ``used`` = 0
 while it rests on no recent measurement of the hand; number of measurements accepted so far, and of those rejected; why
-the newest of these was rejected (`arm.visual_edge.Doubt`, 0: none yet)."""
+the newest of these was rejected (`arm.hand_eye_correction.Doubt`, 0: none yet)."""
 
 PacketReport = namedview(
     "PacketReport",
@@ -166,14 +166,14 @@ PacketReport = namedview(
     + ["outside", "below_table", "too_fast", "turning"],
 )
 """What the arm's receiver did so far: number of packets received, and of those rejected; why it rejected the newest of
-these (`arm.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
+these (`arm.safety.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
 
 LimiterReport = namedview(
     "LimiterReport",
     ["changed", "invalid", "position", "speed", "acceleration", "torque", "obstacle", "link", "contact"],
 )
 """What the limiter of the joints did so far: number of set-points that it changed, and of those changed for each limit
-(`arm.joint_limiter.Limit`); several limits may hold for one set-point."""
+(`arm.safety.joint_limiter.Limit`); several limits may hold for one set-point."""
 
 ServoTarget = namedview(
     "ServoTarget",
@@ -254,9 +254,9 @@ PickVerdict = namedview(
     + ["belt_touched", "tray_touched", "table_touched", "self_touched"],
 )
 """The judge's findings on the parts: numbers of parts that have not arrived yet, that have arrived, that were ever held
-off the belt, and that are placed, missed and dropped now (`world.part_fates.PartFate`); number of times at which the
-fingers began to carry a second part with the one they held; number of the part that both fingers hold off the belt,
-from 1 (0: none); and 1 once the arm touched the belt, a tray, table or floor, or one of its links another."""
+off the belt, and that are placed, missed and dropped now (`world.conveyor.part_fates.PartFate`); number of times at
+which the fingers began to carry a second part with the one they held; number of the part that both fingers hold off the
+belt, from 1 (0: none); and 1 once the arm touched the belt, a tray, table or floor, or one of its links another."""
 
 
 _SLOTS = {

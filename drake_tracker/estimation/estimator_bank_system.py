@@ -92,7 +92,7 @@ class EstimatorBankSystem(LeafSystem):
     - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
       target, the next packet is one of that track. The number of packets so far goes on counting; ``seq`` is this
       number plus `TARGET_STRIDE` times the number of the track, so that the arm knows which object a packet is about.
-      The direction of an object that stands is that of the last piece of its path (`trail.heading_at_rest`).
+      The direction of an object that stands is that of the last piece of its path (`point_check.heading_at_rest`).
     - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
       whose estimators are ready.
 

@@ -1,7 +1,7 @@
 """The LCM channels between the two processes; docs/reference/lcm.md describes them for authors of a driver.
 
 A channel carries the values of a port of `HandEyeDiagram`, under the port's name: a vector as `lcmt_drake_signal`
-(`signal_message.py`), a camera's images as `lcmt_image_array`.
+(`encode_signal`), a camera's images as `lcmt_image_array`.
 """
 
 from collections.abc import Sequence

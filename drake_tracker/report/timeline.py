@@ -102,7 +102,7 @@ def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, An
 
     Args:
         spans: phases of the run, at least one.
-        attempts: dicts of `autopsy.perform`. An attempt whose jaws never closed is marked at its launch.
+        attempts: dicts of `diagnosis.perform`. An attempt whose jaws never closed is marked at its launch.
     """
     end = max(spans[-1].end, 1e-3)
     scale = RunTimeline.WIDTH / end

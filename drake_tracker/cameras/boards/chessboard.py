@@ -104,7 +104,7 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
 
     The order is that of `Chessboard.points`; the colours of the squares determine which end of the board is which, if
-    they can. The corners are refined in a frontal picture of the board (`frontal_picture.refine_corners`).
+    they can. The corners are refined in a frontal picture of the board (`board.refine_corners`).
     """
     # The finder needs squares of about 20 px, for which a small image is enlarged. It is slow in a large one.
     scale: float = max(1, round(_FINDER_WIDTH / max(image.shape)))

@@ -126,7 +126,7 @@ def check_rig(path: str | Path, found: Any, wanted: Mapping[str, Any], command: 
 
     Args:
         path: of the file, for the message.
-        found: the file's ``rig``, as `world.cameras.describe_rig` returns it.
+        found: the file's ``rig``, as `world.imaging.cameras.describe_rig` returns it.
         wanted: the scenario's.
         command: of drake-tracker, which makes such a file.
     """

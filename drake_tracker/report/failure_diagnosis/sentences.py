@@ -24,7 +24,7 @@ def tell_attempt(setup: TrainSetup, attempt: Mapping[str, Any]) -> str:
 
     Args:
         setup: the resolved scenario of the run.
-        attempt: dict of `autopsy.perform`.
+        attempt: dict of `diagnosis.perform`.
     """
     start = f"Attempt {attempt['number']} at {attempt['launch_s']:.1f} s"
     outcome = attempt["outcome"]
@@ -48,7 +48,7 @@ def tell_run(
         culprit: the stage that caused it, or None.
         found: excess of each stage, shape (7,) [m].
         broken: the stage that never produced valid output, or None.
-        attempts: dicts of `autopsy.perform`.
+        attempts: dicts of `diagnosis.perform`.
     """
     if broken is not None:
         name = _named(WORDS[broken])

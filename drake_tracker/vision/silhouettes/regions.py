@@ -41,7 +41,7 @@ class Region(NamedTuple):
         pixels: number of its pixels.
         width: extent along u [px].
         height: extent along v [px].
-        slant: how its hull lies across the axes of the image, see `silhouette_heading.polygon_slant` [px].
+        slant: how its hull lies across the axes of the image, see `object_shape.polygon_slant` [px].
         var_u: variance of the centroid along u, its shape bias included [px^2].
         var_v: variance along v [px^2].
         moving: share of its pixels that move.

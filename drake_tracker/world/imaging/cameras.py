@@ -1,7 +1,7 @@
 """The geometry of the simulated cameras: where they stand, what lens they have, what part of an image is rendered.
 
 `CameraInfo` and the pixel coordinates of this project differ by half a pixel; the rule is in
-`vision.camera_model.opencv_intrinsics`.
+`cameras.camera_model.opencv_intrinsics`.
 """
 
 from collections.abc import Sequence
