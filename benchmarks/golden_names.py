@@ -62,6 +62,7 @@ _FIXED = {
     "tray": "first_cell pitch wall_height",
     "vision": "bias_std centroid_height noise_std turn_bias_std_deg turn_noise_std_deg",
     "vision.detector": "denominator_floor difference_gate smoothing_sigma threshold_window_s",
+    "detector": "denominator_floor difference_gate smoothing_sigma threshold_window_s",
     "vision.parts": (
         "body_share largest_misfit learning_rate lost_after noise_factor shadow_darkest shadow_lightest shadow_spread "
     ),
@@ -77,14 +78,7 @@ RENAMES = (
     Rename(_METHODS, "tag", "SilhouetteTracker", "Several"),
     Rename(_METHODS, "tag", "OneObject", "Single"),
     Rename(_METHODS, "tag", "SeveralObjects", "Several"),
-    *(
-        Rename(_METHODS, "gone", None, name)
-        for name in (
-            *("vision.detector", "vision.tracker.silhouettes", "vision.tracker.camera_motion"),
-            *("vision.tracker.min_pixels", "vision.tracker.max_length", "vision.tracker.largest_std"),
-            "vision.tracker.mask_arm",
-        )
-    ),
+    *(Rename(_METHODS, "gone", None, name) for name in ("vision.detector", "vision.tracker")),
     Rename(_TOUCH, "field", "touch_along_m", None),
     Rename(_TOUCH, "field", "touch_across_m", None),
     Rename(_DEFAULT_OF_1991, "scenario", "train", "train:paper"),
