@@ -62,6 +62,7 @@ _FIXED = {
     "tray": "first_cell pitch wall_height",
     "vision": "bias_std centroid_height noise_std turn_bias_std_deg turn_noise_std_deg",
     "vision.detector": "denominator_floor difference_gate smoothing_sigma threshold_window_s",
+    "changes.estimator": "sharp_bend_length sharp_bend_noise speed_noise",
     "detector": "denominator_floor difference_gate smoothing_sigma threshold_window_s",
     "vision.parts": (
         "body_share largest_misfit learning_rate lost_after noise_factor shadow_darkest shadow_lightest shadow_spread "
