@@ -54,7 +54,7 @@ from drake_tracker.campaign.rates import wilson
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 RESULTS = common.RESULTS / "footage.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "footage"
@@ -82,7 +82,7 @@ def follow(clip, kind):
         objects, _, centroid = tracker.update(objects, (k - 1) / RATE, detector, images)
         if kind == "crossing":
             tracks = [objects.target(place) for place in range(count)]
-            seen = [track is not None and track.state != TrackState.HIDDEN for track in tracks]
+            seen = [track is not None and track.state != TrackState2D.HIDDEN for track in tracks]
             yield k - 1, [None if track is None else track.mean[:2] for track in tracks], seen
         else:
             yield k - 1, [None if centroid is None else np.array([centroid.u, centroid.v])], [centroid is not None]

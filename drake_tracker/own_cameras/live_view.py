@@ -15,7 +15,7 @@ from drake_tracker.own_cameras.table import HORIZON
 from drake_tracker.tasks.strips import Strip, rounded
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_tracker import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 LEGEND: tuple[tuple[str, str], ...] = (
     ("path", "predicted path"),
@@ -25,10 +25,10 @@ LEGEND: tuple[tuple[str, str], ...] = (
 """Marks in the images, see `Frames.open`."""
 LEGEND_OF_SEVERAL = (("path", "predicted path, in the colour of its object"), *LEGEND[1:])
 STATE_COLOURS = {
-    TrackState.LOST: "#9aa1ab",
-    TrackState.MOVING: "#56b4e9",
-    TrackState.STANDING: "#009e73",
-    TrackState.HIDDEN: "#e69f00",
+    TrackState2D.LOST: "#9aa1ab",
+    TrackState2D.MOVING: "#56b4e9",
+    TrackState2D.STANDING: "#009e73",
+    TrackState2D.HIDDEN: "#e69f00",
 }
 _NOTES = (
     "The prediction error is measured by the camera itself: there is no ground truth.",
@@ -88,7 +88,7 @@ class TrackView(LiveView):
         self._live = False
         self._rows: list[dict[str, Any]] = []
         self._strips: TrackStrips | None = None
-        self._state = int(TrackState.LOST)
+        self._state = int(TrackState2D.LOST)
 
     def introduce_track(self, track: PreparedTrack) -> None:
         """Shows on the page what is tracked."""
@@ -125,7 +125,7 @@ class TrackView(LiveView):
         legend = LEGEND_OF_SEVERAL if several else LEGEND
         self.frames.open(TrackPage(panels, age, legend, f"what was detected, {age:.2f} s before the newest image"))
         self.state.set_facts(
-            phases=[{"name": state.name.capitalize(), "colour": STATE_COLOURS[state]} for state in TrackState],
+            phases=[{"name": state.name.capitalize(), "colour": STATE_COLOURS[state]} for state in TrackState2D],
             strips=[asdict(strip) for strip in self._strips.strips],
             span=SPAN,
         )

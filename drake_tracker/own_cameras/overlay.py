@@ -17,7 +17,7 @@ from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 _WIDEST, _TALLEST = 640, 480
 """Greatest size of a panel [px]."""
@@ -259,7 +259,7 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
         half = 0.5 * np.array([track.width, track.height])
         corners = [tuple(int(x) for x in np.rint(scale * (track.mean[:2] + sign * half))) for sign in (-1, 1)]
         cv2.rectangle(view, corners[0], corners[1], bgr(colour), 2 if chosen else 1, cv2.LINE_AA)
-        state = "" if track.state == TrackState.MOVING else f" {track.state.name.lower()}"
+        state = "" if track.state == TrackState2D.MOVING else f" {track.state.name.lower()}"
         name = str(track.number) if track.number > 0 else "?"
         draw_text(view, f"{name}{state}", corners[0][0], corners[0][1] - 4, 13, colour, bold=chosen)
     notes = []
@@ -275,4 +275,4 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
 def is_hidden(objects: ImageObjects, place: int = 0) -> bool:
     """Returns whether the object of a place among those that are reported is hidden."""
     track = objects.target(place)
-    return track is not None and track.state == TrackState.HIDDEN
+    return track is not None and track.state == TrackState2D.HIDDEN

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.own_cameras.table import HORIZON, axes_of, split_objects
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 TROUBLE = "#c2410c"
 """Colour of the marks."""
@@ -110,7 +110,7 @@ def _shortened(title: str) -> str:
 
 def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[float]]) -> None:
     """Draws a strip for each kind of trouble that there was, and for hidden objects, below the lines."""
-    hidden = data["stamp"][data["state"] == TrackState.HIDDEN] if "state" in data else np.zeros(0)
+    hidden = data["stamp"][data["state"] == TrackState2D.HIDDEN] if "state" in data else np.zeros(0)
     strips = [(kind, stamps) for kind, stamps in {**marks, "hidden": hidden}.items() if len(stamps)]
     low, high = ax.get_ylim()
     ax.set_ylim(low - 0.14 * len(strips) * (high - low), high)

@@ -10,7 +10,7 @@ from drake_tracker.footage.timeline import Timeline
 from drake_tracker.own_cameras.filtered import count_filtered
 from drake_tracker.own_cameras.table import HORIZON, axes_of, split_objects
 from drake_tracker.tasks.results import made_by, tidy
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 MOST_DROPPED = 0.2
 """Share of the images of a live camera above which a line says that they were dropped."""
@@ -51,7 +51,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     if "state" in data:
         summary["states"] = {
             state.name.lower(): int((data["state"] == state).sum())
-            for state in TrackState
+            for state in TrackState2D
             if (data["state"] == state).any()
         }
         numbers = data["id"][np.isfinite(data["id"])]
@@ -77,7 +77,7 @@ def _describe(number: int, part: Mapping[str, np.ndarray], period: float) -> dic
     return {
         "id": number,
         "points": int((part["valid"] > 0).sum()),
-        "hidden": int((part["state"] == TrackState.HIDDEN).sum()),
+        "hidden": int((part["state"] == TrackState2D.HIDDEN).sum()),
         "from_s": float(part["stamp"][0]),
         "to_s": float(part["stamp"][-1]),
         **_accuracy([part], period),

@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context
 from drake_tracker.core.messages import KNOT_SPACING, Centroid, Filtered, Prediction, TrackPoint, evaluate_prediction
 from drake_tracker.own_cameras.own_cameras_diagram import OwnCamerasDiagram, place_suffix
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
-from drake_tracker.vision.image_tracks.track_2d import TrackState
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 
 HORIZON = 0.25
 """Look-ahead [s] of the predictions in the table."""
@@ -53,7 +53,7 @@ class TrackTable:
     With calibration the columns are: stamp [s]; measured x, y, z [m] in W; gap [m]; valid (0 or 1); filtered x, y, z
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
     [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid; filtered u, v and predicted u, v [px], as
-    above. Then follow id, the number of the object, empty until one is confirmed, and state, the name of a `TrackState`
+    above. Then follow id, the number of the object, empty until one is confirmed, and state, a `TrackState2D` by name
     in lower case, in memory its number. With two cameras, the id is that of the left one, or with several objects that
     of the pair, and the state the less favourable of both. With several objects, there is one row for each object in
     each image. A missing value is empty in the file and NaN in memory.
@@ -101,7 +101,7 @@ class TrackTable:
             self.rows.append(row)
             number, state = row[-2:]
             texts = ["" if np.isnan(value) else _text(value) for value in (*row[:-2], number)]
-            self._writer.writerow([*texts, TrackState(round(state)).name.lower()])
+            self._writer.writerow([*texts, TrackState2D(round(state)).name.lower()])
             if len(self.rows) % _FLUSH_EVERY == 0:
                 self._file.flush()
         return True
@@ -186,9 +186,9 @@ def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -
     tracks = [None if each is None else each.target(place) for each in objects]
     number = float(tracks[0].number) if tracks and tracks[0] is not None else np.nan
     if all(track is None for track in tracks):
-        return [number, float(TrackState.MOVING if valid else TrackState.LOST)]
-    order = (TrackState.LOST, TrackState.HIDDEN, TrackState.STANDING, TrackState.MOVING)
-    states = [TrackState.LOST if track is None else track.state for track in tracks]
+        return [number, float(TrackState2D.MOVING if valid else TrackState2D.LOST)]
+    order = (TrackState2D.LOST, TrackState2D.HIDDEN, TrackState2D.STANDING, TrackState2D.MOVING)
+    states = [TrackState2D.LOST if track is None else track.state for track in tracks]
     return [number, float(min(states, key=order.index))]
 
 

@@ -36,7 +36,7 @@ from drake_tracker.vision.image_tracks.reidentification import (
 )
 from drake_tracker.vision.image_tracks.track_2d import (
     Track2D,
-    TrackState,
+    TrackState2D,
     predict_track,
     remember_scene,
     start_track,
@@ -214,7 +214,7 @@ class ImageTracker:
         targets, lost, switches = list(objects.targets), list(objects.lost), objects.switches
         leaps, leapt = objects.leaps, objects.leapt
         for place, number in enumerate(targets):
-            if number in tracks and tracks[number].state == TrackState.HIDDEN:
+            if number in tracks and tracks[number].state == TrackState2D.HIDDEN:
                 free = [track for track in tracks.values() if track.number not in targets]
                 found = found_again(tracks[number], free, 2.5 * self.period)
                 if found is not None:

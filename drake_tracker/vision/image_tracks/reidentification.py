@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_tracker.vision.image_tracks.image_patch import SAME, SURE, find_patch, is_scene
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
-from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState
+from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState2D
 from drake_tracker.vision.image_tracks.track_2d import measure as measure_track
 
 CONFIRM_AFTER = 4
@@ -38,13 +38,13 @@ def without_region(track: Track2D, image: np.ndarray, gate: float, inside: bool)
     """
     unlike = track.unlike + 1 if inside else track.unlike
     if track.hits < CONFIRM_AFTER:
-        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
+        return replace(track, state=TrackState2D.HIDDEN, unlike=unlike)
     reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
     found = u, v, score = find_patch(track.patch, track.centre, track.mean[:2], image, reach)
     if score < least or is_scene(track.patch, track.centre, found, track.scenes):
-        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
+        return replace(track, state=TrackState2D.HIDDEN, unlike=unlike)
     measured = measure_track(track, u, v)
-    state = TrackState.STANDING if measured.slow and not inside else TrackState.MOVING
+    state = TrackState2D.STANDING if measured.slow and not inside else TrackState2D.MOVING
     return replace(measured, state=state, unlike=unlike)
 
 
@@ -82,7 +82,7 @@ def without_doubles(before: Sequence[Track2D], after: Sequence[Track2D], targets
         after: the same tracks after it.
         targets: numbers of the objects to report, which stay.
     """
-    hidden = {track.number: track.seen for track in before if track.state == TrackState.HIDDEN}
+    hidden = {track.number: track.seen for track in before if track.state == TrackState2D.HIDDEN}
     again = [track for track in after if track.number in hidden and track.seen == track.stamp]
     kept: list[Track2D] = []
     for track in sorted(after, key=lambda track: (track.number not in targets, track.number)):

@@ -12,7 +12,7 @@ from drake_tracker.vision.image_tracks.epipolar_association import FORGOTTEN, Tr
 from drake_tracker.vision.image_tracks.object_motion import ObjectMotion, ObjectRay, ray_to, surprise, with_rays
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
-from drake_tracker.vision.image_tracks.track_2d import LIKE, Track2D, TrackState
+from drake_tracker.vision.image_tracks.track_2d import LIKE, Track2D, TrackState2D
 from drake_tracker.vision.silhouettes.stereo_geometry import GATE
 
 LEAST_GAP = 1.0 / 16.0
@@ -20,7 +20,7 @@ LEAST_GAP = 1.0 / 16.0
 USUAL_WEIGHT = 0.02
 """Weight of the newest gap in the usual one."""
 _SMALLER = 0.5 * math.log(LIKE)
-_STANDS_ALONE = (TrackState.STANDING, TrackState.MOVING)
+_STANDS_ALONE = (TrackState2D.STANDING, TrackState2D.MOVING)
 
 
 @dataclass(frozen=True, eq=False)

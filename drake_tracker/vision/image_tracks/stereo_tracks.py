@@ -20,7 +20,7 @@ from drake_tracker.vision.image_tracks.object_motion import predict_motion, star
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion, follow_edges, with_whole_regions
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
 from drake_tracker.vision.image_tracks.stereo_track import StereoTrack, measure_pair
-from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState
+from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState2D
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
@@ -271,7 +271,7 @@ def _renumbered(paired: StereoTracks, side: int, view: ImageObjects | None, firs
     for track in view.tracks:
         pair = pairs.get(track.number)
         number = -track.number if pair is None else pair.number
-        state = track.state if pair is None or not pair.hidden[side] else TrackState.HIDDEN
+        state = track.state if pair is None or not pair.hidden[side] else TrackState2D.HIDDEN
         tracks.append(replace(track, number=number, state=state))
     targets = (first or -view.targets[0], *paired.places[1:])
     switches = paired.switches if side == 0 else 0

@@ -46,7 +46,7 @@ SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
 
 
-class TrackState(IntEnum):
+class TrackState2D(IntEnum):
     """What an object does."""
 
     LOST = 0
@@ -69,7 +69,7 @@ class Track2D(FrozenState):
         pixel_count: number of its moving pixels, smoothed.
         hits: number of images in which it was measured.
         seen: stamp at which it was seen last [s].
-        state: `TrackState`.
+        state: `TrackState2D`.
         patch: grey uint8, the object when it was last seen alone.
         centre: place of the object's centroid in the patch (u, v) [px], shape (2,).
         area: of its rectangle, the largest of late [px^2].
@@ -91,7 +91,7 @@ class Track2D(FrozenState):
     pixel_count: float
     hits: int
     seen: float
-    state: TrackState
+    state: TrackState2D
     patch: np.ndarray
     centre: np.ndarray
     place: np.ndarray
@@ -208,7 +208,7 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
         pixel_count=region.pixel_count,
         hits=1,
         seen=stamp,
-        state=TrackState.MOVING,
+        state=TrackState2D.MOVING,
         patch=patch,
         centre=centre,
         place=read_only(np.array([region.u, region.v])),
@@ -327,7 +327,7 @@ def with_region(
         height=height,
         area=area,
         pixel_count=track.pixel_count + w * (region.pixel_count - track.pixel_count),
-        state=TrackState.MOVING,
+        state=TrackState2D.MOVING,
         patch=patch,
         centre=centre,
         unlike=0,

@@ -21,7 +21,7 @@ from drake_tracker.vision.image_tracks.image_patch import Scene
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion, find_regions, join_fast
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker, assign
 from drake_tracker.vision.image_tracks.reidentification import without_doubles
-from drake_tracker.vision.image_tracks.track_2d import TrackState, predict_track, start_track, with_region
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D, predict_track, start_track, with_region
 from drake_tracker.vision.region_centroid import hull_centroid
 
 PERIOD = 1.0 / 30.0
@@ -102,7 +102,7 @@ def test_two_objects_that_cross_keep_their_numbers():
     ]
     for _, objects, _ in run(pictures, ImageTracker(2)):
         places = [objects.target(place) for place in range(2)]
-        if all(track is not None and track.state == TrackState.MOVING for track in places):
+        if all(track is not None and track.state == TrackState2D.MOVING for track in places):
             seen.append(tuple(track.number for track in sorted(places, key=lambda track: track.mean[1])))
     assert len(seen) > 30 and len(set(seen)) == 1
 
@@ -122,7 +122,7 @@ def test_three_objects_that_meet_at_one_place_for_more_than_a_second_keep_their_
         hidden = max([hidden, *(track.stamp - track.seen for track in places if track is not None)])
         if k in (25, 120):
             seen.append(min(places, key=lambda track: track.area).number)
-            assert {track.state for track in places} == {TrackState.MOVING}
+            assert {track.state for track in places} == {TrackState2D.MOVING}
     assert hidden > 1.1 and seen[0] == seen[1]
 
 
@@ -136,13 +136,13 @@ def test_an_object_that_stops_stands_and_one_that_vanishes_is_lost():
         ImageTracker(follow=(60.0, 150.0)),
     ):
         track = objects.target()
-        states[k] = TrackState.LOST if track is None else track.state
+        states[k] = TrackState2D.LOST if track is None else track.state
         if 30 <= k < 48:
             assert np.hypot(track.mean[0] - 160.0, track.mean[1] - 150.0) < 2.0
-    assert states[20] == TrackState.MOVING
-    assert {states[k] for k in range(32, 48)} == {TrackState.STANDING}
-    assert {states[k] for k in range(55, 75)} == {TrackState.HIDDEN}
-    assert states[98] == TrackState.LOST
+    assert states[20] == TrackState2D.MOVING
+    assert {states[k] for k in range(32, 48)} == {TrackState2D.STANDING}
+    assert {states[k] for k in range(55, 75)} == {TrackState2D.HIDDEN}
+    assert states[98] == TrackState2D.LOST
 
 
 @pytest.mark.parametrize("speed", [12.0, 25.0, 38.0])
@@ -229,12 +229,12 @@ def test_an_object_that_passes_behind_a_pillar_is_hidden_and_then_the_same_again
     path = 40.0 + 3.0 * np.arange(110)
     pictures = [behind_a_pillar(disc(background, u, 150.0, 20.0, grey), 170, 170 + width) for u in path]
     for k, objects, centroid in run(pictures, ImageTracker(period=PERIOD)):
-        states[k] = objects.target().state if objects.target() else TrackState.LOST
+        states[k] = objects.target().state if objects.target() else TrackState2D.LOST
         if path[k] - 20.0 > 170.0 and path[k] + 20.0 < 170.0 + width:
             assert centroid is None
         if path[k] - 20.0 > 170.0 + width + 15.0:
             off.append(np.hypot(centroid.u - path[k], centroid.v - 150.0) if centroid else np.inf)
-    assert TrackState.STANDING not in states.values() and TrackState.HIDDEN in states.values()
+    assert TrackState2D.STANDING not in states.values() and TrackState2D.HIDDEN in states.values()
     assert np.median(off) < 0.5 and np.max(off) < 10.0 and len(off) > 10
     assert objects.targets == (1,) and objects.rivals == 0
 

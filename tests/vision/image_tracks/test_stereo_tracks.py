@@ -22,7 +22,7 @@ from drake_tracker.vision.image_tracks.stereo_tracks_system import (
     pack_number,
     pack_point,
 )
-from drake_tracker.vision.image_tracks.track_2d import TrackState, start_track
+from drake_tracker.vision.image_tracks.track_2d import TrackState2D, start_track
 
 PAIR = [CAMERAS["camera_left"], CAMERAS["camera_right"]]
 PERIOD = 1.0 / 30.0
@@ -30,12 +30,12 @@ GREY = np.full((240, 320), 100, np.uint8)
 A, B = np.array([-0.06, -0.02, 0.05]), np.array([0.05, 0.06, 0.08])
 
 
-def a_track(number, uv, stamp, *, seen=True, state=TrackState.MOVING, size=24, hits=9, pixel_count=200):
+def a_track(number, uv, stamp, *, seen=True, state=TrackState2D.MOVING, size=24, hits=9, pixel_count=200):
     """A confirmed track at a pixel; one that is not seen is hidden."""
     u, v = uv
     region = ImageRegion(u, v, pixel_count, round(u - size / 2), round(v - size / 2), size, size)
     track = start_track(number, stamp if seen else stamp - PERIOD, region, GREY)
-    state = state if seen else TrackState.HIDDEN
+    state = state if seen else TrackState2D.HIDDEN
     return replace(track, hits=hits, stamp=stamp, state=state)
 
 
@@ -277,10 +277,10 @@ def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_the
     before = run([({1: A}, {1: A})] * 6)
     pairing = StereoTracker(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
     stamp = 7 * PERIOD
-    views = [view(0, stamp, {1: A}, state=TrackState.STANDING), view(1, stamp, {1: A})]
+    views = [view(0, stamp, {1: A}, state=TrackState2D.STANDING), view(1, stamp, {1: A})]
     known = pairing.update(before, [stamp] * 2, views)
     assert known.pairs[0].hidden == (True, False) and known.pairs[0].met < stamp
-    assert known.views[0].tracks[0].state == TrackState.HIDDEN
+    assert known.views[0].tracks[0].state == TrackState2D.HIDDEN
 
 
 def test_the_system_has_ports_for_each_object_which_are_zeros_before_the_first_images():
