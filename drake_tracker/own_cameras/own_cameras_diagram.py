@@ -1,8 +1,9 @@
 """Vision and estimation for your own cameras: no world, no arm."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,12 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slo
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.vision.centroid.motion_centroid_system import add_motion_centroid
+from drake_tracker.vision.centroid.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
 from drake_tracker.vision.centroid.plane_projection import EveryPoint
 from drake_tracker.vision.centroid.plane_projector_system import PixelPointSystem, PlaneProjectorSystem
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
-from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsSystem
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
+from drake_tracker.vision.image_tracks.image_tracker_system import ImageTargetsSystem, ImageTrackerSystem
 from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker
 from drake_tracker.vision.image_tracks.stereo_tracks_system import StereoTracksSystem
 from drake_tracker.vision.triangulator_system import connect_centroids
@@ -41,6 +42,11 @@ class Plane:
 
     X_WP: np.ndarray
     height: float = 0.0
+
+
+def _tracking(tracker: ImageTracker) -> Callable[..., MotionCentroidSystem]:
+    """Returns what makes the System that tracks objects in the images of a camera."""
+    return partial(ImageTrackerSystem, tracker=tracker)
 
 
 def place_suffix(place: int) -> str:
@@ -69,7 +75,8 @@ class OwnCamerasDiagram(Diagram):
 
     There are no input ports. A single camera is the left one. ``camera_*`` is an `ImageRgba8U` and ``frame_*`` a
     `FrameInfo` (stamp [s]), both of a `VideoSource` and functions of time. ``centroid_*`` is a `Centroid` (stamp [s],
-    pixels) and ``motion_*`` a `DetectionMask`, both updated every period of the footage. ``point`` is a `TrackPoint` in
+    pixels) and ``motion_*`` a `DetectionMask`, both updated every period of the footage; with trackers there is
+    ``tracks_*``, an `ImageTracks`. ``point`` is a `TrackPoint` in
     W [m], ``filtered`` a `Filtered` and ``prediction`` a `Prediction`, updated every period in the slots of vision and
     estimator (`core.timing`). For a single camera without a plane, lengths are in pixels in place of metres, and the
     point is (u, v, 0). A vector of zeros means that there is no result yet.
@@ -128,7 +135,7 @@ class OwnCamerasDiagram(Diagram):
                 builder.Connect(source.GetOutputPort(port), vision[f"{name}_{side}"])
             for name, port in (("camera", "image"), ("frame", "frame")):
                 builder.ExportOutput(source.GetOutputPort(port), f"{name}_{side}")
-            for name in ("centroid", "motion"):
+            for name in ("centroid", "motion", *(("tracks",) if trackers else ())):
                 builder.ExportOutput(vision[f"{name}_{side}"], f"{name}_{side}")
         for place in range(self.places):
             self._add_host(builder, vision, estimator, period, place_suffix(place))
@@ -175,12 +182,15 @@ class OwnCamerasDiagram(Diagram):
                 own_stamps=True,
                 grey=True,
                 max_gap=max_gap,
-                trackers=dict(zip(SIDES, trackers)) if trackers else None,
+                system_classes={side: _tracking(tracker) for side, tracker in zip(SIDES, trackers)}
+                if trackers
+                else None,
                 stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
                 reduce_by=reduce_by,
             )
         )
-        outputs = ["point"] + [f"{name}_{side}" for name in ("centroid", "motion") for side in cameras]
+        names = ("centroid", "motion", *(("tracks",) if trackers else ()))
+        outputs = ["point"] + [f"{name}_{side}" for name in names for side in cameras]
         ports = {name: vision.GetOutputPort(name) for name in outputs}
         return ports | {
             f"{name}_{side}": vision.GetInputPort(f"{name}_{side}") for name in ("camera", "frame") for side in cameras
@@ -205,7 +215,7 @@ class OwnCamerasDiagram(Diagram):
         )
         pairs = builder.AddNamedSystem("pairs", StereoTracksSystem(pairing, period=period))
         for side in SIDES:
-            builder.Connect(vision[f"motion_{side}"], pairs.GetInputPort(f"motion_{side}"))
+            builder.Connect(vision[f"tracks_{side}"], pairs.GetInputPort(f"tracks_{side}"))
         ports = {"objects": pairs.GetOutputPort("objects")}
         for place in range(tracker.objects):
             for name in ("point", "number", *(f"centroid_{side}" for side in SIDES)):
@@ -228,7 +238,7 @@ class OwnCamerasDiagram(Diagram):
             detector=detector,
             lag_cycles=detector.stamp_age_cycles + EXTRA_CYCLES,
             period=period,
-            tracker=tracker,
+            system_class=MotionCentroidSystem if tracker is None else _tracking(tracker),
             own_stamps=True,
             grey=True,
             reduce_by=reduce_by,
@@ -240,9 +250,11 @@ class OwnCamerasDiagram(Diagram):
             "centroid_left": motion.output_port,
             "motion_left": motion.system.GetOutputPort("motion_energy"),
         }
+        if tracker is not None:
+            ports["tracks_left"] = motion.system.GetOutputPort("tracks")
         if self.places > 1:
             targets = builder.AddNamedSystem("targets", ImageTargetsSystem(self.places, period=period))
-            builder.Connect(ports["motion_left"], targets.GetInputPort("motion"))
+            builder.Connect(ports["tracks_left"], targets.GetInputPort("tracks"))
             for place in range(self.places):
                 ports[f"number{place_suffix(place)}"] = targets.GetOutputPort(f"number_{place + 1}")
                 if place:

@@ -198,6 +198,7 @@ def _run(
         return diagram.GetOutputPort(name).Eval(context)
 
     valid_column = table.columns.index("valid")
+    tracked = diagram.HasOutputPort("tracks_left")
     before: list[Any] = [None] * len(diagram.sides)  # what the centroids describe, which are a cycle late
     number, last = 0, timeline.count  # one cycle more than there are images empties the delay line
     while last is None or number <= last:
@@ -211,8 +212,8 @@ def _run(
                 if not frame[1]:
                     dropped[k].append(round(float(frame[0]), 3))
         values = read_values(diagram, context)
-        energies = [read(f"motion_{side}") for side in diagram.sides]
-        objects = [None if energy is None else energy.objects for energy in before]
+        described = [(read(f"motion_{side}"), read(f"tracks_{side}") if tracked else None) for side in diagram.sides]
+        objects = [None if each is None or each[1] is None else each[1].objects for each in before]
         if diagram.places > 1 and len(diagram.sides) == 2:
             objects = list(read("objects").views)
         known = len(table.rows)
@@ -222,13 +223,13 @@ def _run(
                 seen.append(places(objects))
         images = [(sequence.at(number).image, frame) for sequence, frame in zip(timeline.sequences, frames)]
         if video is not None:
-            video.add(images, [None if each is None else each.mask for each in before], objects, values)
+            video.add(images, [None if each is None else each[0].mask for each in before], objects, values)
         if export is not None:
             export.add(images, values)
         if live is not None:
             row = table.rows[known] if len(table.rows) > known else None
             live.show(now, row, objects, lambda: bool(signals))
-        before = energies
+        before = described
         if progress is not None:
             valid = sum(row[valid_column] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")

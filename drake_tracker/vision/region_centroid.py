@@ -5,7 +5,7 @@ numbers are pixel centres, (0, 0) is the top left pixel.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -19,6 +19,8 @@ BRIGHTNESS_PERCENTILE = 90
 BRIGHTNESS_FRACTION = 0.2
 """A pixel passes the brightness gate when it lies at least this fraction of the way from the brightness of the still
 background to that of the object."""
+
+Number = TypeVar("Number", float, np.ndarray)
 
 
 class RegionCentroid(NamedTuple):
@@ -154,3 +156,28 @@ def brightness_gate(mask: np.ndarray, images: Sequence[np.ndarray], background: 
     gated = np.zeros_like(mask)
     gated[moving] = 255 * (brightest > background + BRIGHTNESS_FRACTION * (object_brightness - background))
     return gated
+
+
+def reduced(image: np.ndarray, factor: int) -> np.ndarray:
+    """Returns an image reduced by a whole factor: each pixel is the mean of a square, an incomplete square is left out.
+
+    Args:
+        image: uint8 (h, w).
+        factor: 1 or more; 1 returns the image itself.
+    """
+    if factor == 1:
+        return image
+    height, width = (size // factor for size in image.shape)
+    whole = image[: factor * height, : factor * width]
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def enlarged_centroid(centroid: RegionCentroid, factor: int) -> RegionCentroid:
+    """Returns a centroid in a reduced image in pixels of the full one."""
+    u, v = (enlarged_place(value, factor) for value in centroid[:2])
+    return RegionCentroid(u, v, centroid.pixel_count * factor**2)
+
+
+def enlarged_place(value: Number, factor: int) -> Number:
+    """Returns coordinates of the middle of a pixel of a reduced image in the full one [px]."""
+    return factor * value + 0.5 * (factor - 1)

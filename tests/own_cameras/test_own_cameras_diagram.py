@@ -51,7 +51,7 @@ def test_several_objects_have_ports_and_an_estimator_each():
     names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
     own = [*POINTS, "number", "centroid_left", "centroid_right"]
     expected = {f"{name}{suffix}" for name in own for suffix in ("", "_2", "_3")}
-    assert names == expected | {"objects"} | set(LEFT + RIGHT) and diagram.places == 3
+    assert names == expected | {"objects", "tracks_left", "tracks_right"} | set(LEFT + RIGHT) and diagram.places == 3
     hosts = {"host", "host_2", "host_3"}
     assert {system.get_name() for system in diagram.GetSystems()} == hosts | {
         "vision", "pairs", "source_left", "source_right",
@@ -63,7 +63,7 @@ def test_several_objects_of_one_camera_have_ports_and_an_estimator_each(plane):
     diagram = make(1, [CAMERAS["camera_left"]] if plane else [], plane, objects=3)
     names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
     own = [*POINTS, "number", "centroid_left"]
-    assert names == {f"{name}{suffix}" for name in own for suffix in ("", "_2", "_3")} | set(LEFT)
+    assert names == {f"{name}{suffix}" for name in own for suffix in ("", "_2", "_3")} | {"tracks_left", *LEFT}
     systems = {system.get_name() for system in diagram.GetSystems()}
     assert systems == SINGLE | {"targets", "localiser_2", "localiser_3", "host_2", "host_3"}
     assert diagram.places == 3 and diagram.in_space == (plane is not None)

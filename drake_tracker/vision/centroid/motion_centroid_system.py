@@ -1,5 +1,6 @@
 """The motion centroid of one camera as a Drake System, and the delay line that gives it the paper's lag."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,9 +19,7 @@ from drake_tracker.vision.centroid.motion_detector import MotionDetector
 from drake_tracker.vision.centroid.search_window import SearchWindow, Track
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
-from drake_tracker.vision.image_tracks.image_objects import ImageObjects
-from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
-from drake_tracker.vision.image_tracks.pyramid_level import enlarged, enlarged_centroid, reduced
+from drake_tracker.vision.region_centroid import RegionCentroid, enlarged_centroid, reduced
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +30,11 @@ class DetectionMask(FrozenState):
         stamp: capture time of the image described [s].
         mask: uint8, read-only, 255 where something moves; of the shape of the image, or of the reduced one.
         image_offset: full-frame coordinates (u0, v0) of the mask's top left pixel.
-        objects: the objects that move, with a tracker; in pixels of the camera's image.
     """
 
     stamp: float
     mask: np.ndarray
     image_offset: tuple[int, int]
-    objects: ImageObjects | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +47,7 @@ class _Memory(FrozenState):
         centroid: the newest `Centroid` vector.
         energy: its mask.
         track: what a predicted window remembers.
-        objects: what a tracker remembers.
+        found: what a derived System remembers.
         stamps: of the smoothed images [s], when they have stamps of their own.
     """
 
@@ -60,7 +57,7 @@ class _Memory(FrozenState):
     energy: DetectionMask
     track: Track = ()
     stamps: tuple[float, ...] = ()
-    objects: ImageObjects | None = None
+    found: Any = None
 
 
 class MotionCentroidSystem(LeafSystem):
@@ -102,13 +99,12 @@ class MotionCentroidSystem(LeafSystem):
         offset: of the update within the cycle [s].
         update_cycles: cycles from one centroid to the next.
         follow: `SearchWindow` outside of which motion is ignored, or None.
-        tracker: `ImageTracker`, with which ``centroid`` is that of its first target, or None.
         own_stamps: whether there is the input ``frame``.
         grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
-        reduce_by: whole factor by which the images are reduced before anything else, see `pyramid_level`. Window and
-            pixel of detector and tracker are those of the reduced image; all outputs but masks are in pixels of the
-            full one.
+        reduce_by: whole factor by which the images are reduced before anything else, see `reduced`. Window and pixel of
+            the detector are those of the reduced image; all outputs but masks are in pixels of the full one.
+        found: what a derived System remembers at the start, see `find`.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
@@ -122,18 +118,18 @@ class MotionCentroidSystem(LeafSystem):
         offset: float = 0.0,
         update_cycles: int = 1,
         follow: SearchWindow | None = None,
-        tracker: ImageTracker | None = None,
         own_stamps: bool = False,
         grey: bool = False,
         image_latency: int = 0,
         reduce_by: int = 1,
+        found: Any = None,
     ) -> None:
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
             raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
         self._detector = detector
         self._period, self._offset = period, offset
-        self._follow, self._tracker = follow, tracker
+        self._follow = follow
         self._update_cycles, self._latency = int(update_cycles), image_latency
         self._reduce_by = reduce_by
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
@@ -143,13 +139,7 @@ class MotionCentroidSystem(LeafSystem):
         )
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         nothing = DetectionMask(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
-        blank = _Memory(
-            (),
-            (),
-            read_only(np.zeros(message_size(Centroid))),
-            nothing,
-            objects=None if tracker is None else tracker.start(),
-        )
+        blank = _Memory((), (), read_only(np.zeros(message_size(Centroid))), nothing, found=found)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
@@ -179,20 +169,15 @@ class MotionCentroidSystem(LeafSystem):
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
-        objects = memory.objects
+        found = memory.found
         if len(smoothed) == length and cycle % self._update_cycles == 0:
             stamp = time - self._stamp_age if frame is None else self._described_stamp(stamps)
             used = smoothed[::stride]
             described = tuple(image for image in used if image is not None)
             if len(described) < len(used):
                 described, mask, region = (), np.zeros_like(energy.mask), None
-            elif self._tracker is not None and objects is not None:
-                objects, mask, region = self._tracker.update(objects, stamp, self._detector, described)
             else:
-                mask = self._detector.mask(*described)
-                if self._follow is not None:
-                    mask = self._follow.apply(mask, track, stamp)
-                region = self._detector.centroid(mask)
+                found, mask, region = self.find(found, stamp, track, described)
             if self._follow is not None:
                 track = self._follow.remember(track, stamp, region)
             u0, v0 = self._image_offset
@@ -201,10 +186,27 @@ class MotionCentroidSystem(LeafSystem):
             else:
                 u, v, count = enlarged_centroid(region, self._reduce_by)
                 centroid = np.array([stamp, u + u0, v + v0, count, 1.0])
-            seen = enlarged(objects, self._reduce_by) if described and objects is not None else None
-            energy = DetectionMask(stamp, read_only(mask), self._image_offset, seen)
-        memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps, objects)
+            energy = DetectionMask(stamp, read_only(mask), self._image_offset)
+        memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps, found)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
+
+    def find(
+        self, found: Any, stamp: float, track: Track, images: tuple[np.ndarray, ...]
+    ) -> tuple[Any, np.ndarray, RegionCentroid | None]:
+        """Finds what moves. A derived System may do it in another way.
+
+        Args:
+            found: what the System remembers of the cycle before.
+            stamp: of the image described [s].
+            track: what `SearchWindow` remembers.
+            images: the smoothed images that the detector needs.
+
+        Returns (what to remember, mask of the motion, centroid in pixels of the image or None).
+        """
+        mask = self._detector.mask(*images)
+        if self._follow is not None:
+            mask = self._follow.apply(mask, track, stamp)
+        return found, mask, self._detector.centroid(mask)
 
     def _described_stamp(self, stamps: tuple[float, ...]) -> float:
         """Returns the stamp [s] of the image described, interpolated between those of the images used."""
@@ -278,12 +280,12 @@ def add_motion_centroid(
     offset: float = 0.0,
     update_cycles: int = 1,
     follow: SearchWindow | None = None,
-    tracker: ImageTracker | None = None,
     own_stamps: bool = False,
     grey: bool = False,
     image_latency: int = 0,
     reduce_by: int = 1,
     name: str | None = None,
+    system_class: Callable[..., MotionCentroidSystem] = MotionCentroidSystem,
 ) -> LaggedCentroid:
     """Adds a `MotionCentroidSystem` and the delay line that outputs each centroid ``lag_cycles`` after its stamp.
 
@@ -308,13 +310,13 @@ def add_motion_centroid(
         offset: of the updates within the cycle [s].
         update_cycles: cycles from one centroid to the next.
         follow: `SearchWindow` outside of which motion is ignored, or None.
-        tracker: `ImageTracker` that says which object the centroid is of, or None.
         own_stamps: whether there is an input for the images' own stamps.
         grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it; the delay line adds the rest of the
             lag.
         reduce_by: see `MotionCentroidSystem`.
         name: of the System; the delay line has the same with ``_lag``. None is "motion", or "motion_2" and so on.
+        system_class: makes the System, for one that is derived from `MotionCentroidSystem`.
 
     Raises DrakeTrackerError when the lag is too short for the detector's images, or when a setting is out of range.
     """
@@ -331,14 +333,13 @@ def add_motion_centroid(
             f"a lag of {lag_cycles:g} cycles{late} leaves nothing to the delay line; add {1 - steps} cycle or more"
         )
     name = name or _free_name(builder, "motion")
-    system = MotionCentroidSystem(
+    system = system_class(
         detector,
         image_offset=image_offset,
         period=period,
         offset=offset,
         update_cycles=update_cycles,
         follow=follow,
-        tracker=tracker,
         own_stamps=own_stamps,
         grey=grey,
         image_latency=image_latency,

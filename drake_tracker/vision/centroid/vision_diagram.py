@@ -1,6 +1,6 @@
 """The PIPE: two motion centroids with the paper's lag, and their triangulation, as a Diagram."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -8,9 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.centroid.motion_centroid_system import add_motion_centroid
+from drake_tracker.vision.centroid.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
-from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE, add_triangulator
 
 
@@ -47,7 +46,8 @@ class VisionDiagram(Diagram):
         lag_cycles: cycles from the stamp of a centroid, which is the capture of its middle image, until it appears.
         work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
         period: of a cycle [s].
-        trackers: the same keys, an `ImageTracker` each; None for everything that moves.
+        system_classes: the same keys, what makes the `MotionCentroidSystem` of each camera, for derived Systems. Their
+            further outputs are outputs of the Diagram, with the name of the camera.
         own_stamps: whether the images have stamps of their own.
         grey: whether they are `ImageGrey8U`, with grey values only.
         max_gap: of the `TriangulatorSystem` [m].
@@ -67,7 +67,7 @@ class VisionDiagram(Diagram):
         lag_cycles: float = LAG_CYCLES,
         work_volume: ArrayLike | None = None,
         period: float = VISION_PERIOD,
-        trackers: Mapping[str, ImageTracker] | None = None,
+        system_classes: Mapping[str, Callable[..., MotionCentroidSystem]] | None = None,
         own_stamps: bool = False,
         grey: bool = False,
         max_gap: float = MAX_GAP,
@@ -92,7 +92,7 @@ class VisionDiagram(Diagram):
                 detector=detectors[side],
                 image_offset=(0, 0) if image_windows is None else image_windows[side][:2],
                 lag_cycles=lag_cycles,
-                tracker=None if trackers is None else trackers[side],
+                system_class=MotionCentroidSystem if system_classes is None else system_classes[side],
                 period=period,
                 own_stamps=own_stamps,
                 grey=grey,
@@ -106,5 +106,7 @@ class VisionDiagram(Diagram):
             builder.Connect(centroid.output_port, centroid_port)
             builder.ExportOutput(centroid.output_port, f"centroid_{side}")
             builder.ExportOutput(centroid.system.GetOutputPort("motion_energy"), f"motion_{side}")
-            builder.ExportOutput(centroid.system.GetOutputPort("motion_images"), f"motion_images_{side}")
+            for index in range(2, centroid.system.num_output_ports()):
+                port = centroid.system.get_output_port(index)
+                builder.ExportOutput(port, f"{port.get_name()}_{side}")
         builder.BuildInto(self)

@@ -82,3 +82,16 @@ def count_rivals(tracks: Sequence[Track2D], targets: Sequence[int]) -> int:
         for track in tracks
         if track.number not in targets
     )
+
+
+@dataclass(frozen=True, eq=False)
+class ImageTracks(FrozenState):
+    """The objects of one camera at one instant, the message between the Systems of this folder.
+
+    Attributes:
+        stamp: capture time of the image described [s].
+        objects: the objects in pixels of the camera's image; None where an image is missing.
+    """
+
+    stamp: float
+    objects: ImageObjects | None = None

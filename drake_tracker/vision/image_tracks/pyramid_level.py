@@ -1,7 +1,6 @@
 """A level of the image pyramid: objects are tracked in a smaller image, with results in pixels of the full one."""
 
 from dataclasses import replace
-from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -10,23 +9,7 @@ from drake_tracker.core.frozen_state import read_only
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.track_2d import Track2D
-from drake_tracker.vision.region_centroid import RegionCentroid
-
-Number = TypeVar("Number", float, np.ndarray)
-
-
-def reduced(image: np.ndarray, factor: int) -> np.ndarray:
-    """Returns an image reduced by a whole factor: each pixel is the mean of a square, an incomplete square is left out.
-
-    Args:
-        image: uint8 (h, w).
-        factor: 1 or more; 1 returns the image itself.
-    """
-    if factor == 1:
-        return image
-    height, width = (size // factor for size in image.shape)
-    whole = image[: factor * height, : factor * width]
-    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+from drake_tracker.vision.region_centroid import enlarged_place, reduced
 
 
 def reduced_window(window: np.ndarray | None, factor: int) -> np.ndarray | None:
@@ -42,12 +25,6 @@ def reduced_pixel(pixel: tuple[float, float] | None, factor: int) -> tuple[float
         return None
     u, v = ((value + 0.5) / factor - 0.5 for value in pixel)
     return u, v
-
-
-def enlarged_centroid(centroid: RegionCentroid, factor: int) -> RegionCentroid:
-    """Returns a centroid in a reduced image in pixels of the full one."""
-    u, v = (_place(value, factor) for value in centroid[:2])
-    return RegionCentroid(u, v, centroid.pixel_count * factor**2)
 
 
 def enlarged(objects: ImageObjects, factor: int) -> ImageObjects:
@@ -69,7 +46,7 @@ def enlarged(objects: ImageObjects, factor: int) -> ImageObjects:
 
 def _enlarged_track(track: Track2D, factor: int) -> Track2D:
     mean = factor * track.mean
-    mean[:2] = _place(track.mean[:2], factor)
+    mean[:2] = enlarged_place(track.mean[:2], factor)
     return replace(
         track,
         mean=read_only(mean),
@@ -77,7 +54,7 @@ def _enlarged_track(track: Track2D, factor: int) -> Track2D:
         width=factor * track.width,
         height=factor * track.height,
         pixel_count=factor**2 * track.pixel_count,
-        place=read_only(_place(track.place, factor)),
+        place=read_only(enlarged_place(track.place, factor)),
         area=factor**2 * track.area,
         moving=factor**2 * track.moving,
         region=None if track.region is None else _enlarged_region(track.region, factor),
@@ -86,8 +63,8 @@ def _enlarged_track(track: Track2D, factor: int) -> Track2D:
 
 def _enlarged_region(region: ImageRegion, factor: int) -> ImageRegion:
     return ImageRegion(
-        _place(region.u, factor),
-        _place(region.v, factor),
+        enlarged_place(region.u, factor),
+        enlarged_place(region.v, factor),
         factor**2 * region.pixel_count,
         factor * region.left,
         factor * region.top,
@@ -96,8 +73,3 @@ def _enlarged_region(region: ImageRegion, factor: int) -> ImageRegion:
         region.exact,
         None if region.inner is None else _enlarged_region(region.inner, factor),
     )
-
-
-def _place(value: Number, factor: int) -> Number:
-    """Returns coordinates of the middle of a pixel of a reduced image in the full one [px]."""
-    return factor * value + 0.5 * (factor - 1)

@@ -20,8 +20,8 @@ class StereoTracksSystem(LeafSystem):
 
         name: StereoTracksSystem
         input_ports:
-        - motion_left
-        - motion_right
+        - tracks_left
+        - tracks_right
         output_ports:
         - objects
         - point_1
@@ -29,10 +29,9 @@ class StereoTracksSystem(LeafSystem):
         - centroid_left_1
         - centroid_right_1
 
-    ``motion_*`` are the `DetectionMask` of the whole image of each camera, from a `MotionCentroidSystem` with a
-    tracker. They are read every ``period`` at ``offset`` in an unrestricted update. At the instants at which that
-    System is updated too, they are those of the cycle before: the outputs are then as late as those of the shortest
-    delay line.
+    ``tracks_*`` are the `ImageTracks` of each camera, from an `ImageTrackerSystem`. They are read every ``period`` at
+    ``offset`` in an unrestricted update. At the instants at which that System is updated too, they are those of the
+    cycle before: the outputs are then as late as those of the shortest delay line.
 
     ``objects`` is a `StereoTracks`. There are the other outputs for each place, ``_1``, ``_2`` and so on: ``point_1``
     is a `TrackPoint` of the first object in W [m], invalid while not both cameras see it. ``number_1`` is its identity,
@@ -48,7 +47,7 @@ class StereoTracksSystem(LeafSystem):
     def __init__(self, pairing: StereoTracker, *, period: float = VISION_PERIOD, offset: float = 0.0) -> None:
         super().__init__()
         self._pairing = pairing
-        self._motion = [self.DeclareAbstractInputPort(f"motion_{side}", AbstractValue.Make(object())) for side in SIDES]
+        self._tracks = [self.DeclareAbstractInputPort(f"tracks_{side}", AbstractValue.Make(object())) for side in SIDES]
         state = self.DeclareAbstractState(AbstractValue.Make(pairing.start()))
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareAbstractOutputPort("objects", lambda: AbstractValue.Make(pairing.start()), self._calc, ticket)
@@ -73,11 +72,11 @@ class StereoTracksSystem(LeafSystem):
         output.set_value(self._paired(context))
 
     def _update(self, context: Context, state: State) -> None:
-        energies = [port.Eval(context) for port in self._motion]
-        paired, stamps = self._paired(context), [energy.stamp for energy in energies]
+        seen = [port.Eval(context) for port in self._tracks]
+        paired, stamps = self._paired(context), [tracks.stamp for tracks in seen]
         if 0.0 in stamps or max(stamps) <= paired.stamp:
             return
-        paired = self._pairing.update(paired, stamps, [energy.objects for energy in energies])
+        paired = self._pairing.update(paired, stamps, [tracks.objects for tracks in seen])
         state.get_mutable_abstract_state(0).set_value(paired)
 
 

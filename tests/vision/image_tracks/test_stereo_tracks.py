@@ -11,8 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
 from drake_tracker.core.messages import Centroid, TrackPoint
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
-from drake_tracker.vision.image_tracks.image_objects import ImageObjects
+from drake_tracker.vision.image_tracks.image_objects import ImageObjects, ImageTracks
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion, with_whole_regions
 from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker
@@ -288,9 +287,9 @@ def test_the_system_has_ports_for_each_object_which_are_zeros_before_the_first_i
     builder = DiagramBuilder()
     system = builder.AddSystem(StereoTracksSystem(pairing, period=PERIOD))
     for side, name in enumerate(("left", "right")):
-        energy = DetectionMask(0.1, np.zeros((2, 2), np.uint8), (0, 0), view(side, 0.1, {1: A}))
-        source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(energy)))
-        builder.Connect(source.get_output_port(), system.GetInputPort(f"motion_{name}"))
+        tracks = ImageTracks(0.1, view(side, 0.1, {1: A}))
+        source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(tracks)))
+        builder.Connect(source.get_output_port(), system.GetInputPort(f"tracks_{name}"))
     simulator = Simulator(builder.Build())
     context = system.GetMyContextFromRoot(simulator.get_context())
     for k in (1, 2):

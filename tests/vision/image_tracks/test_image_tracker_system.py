@@ -9,13 +9,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Centroid, TrackPoint
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.centroid.plane_projector_system import PixelPointSystem
-from drake_tracker.vision.image_tracks.image_objects import ImageObjects, target_centroid, target_number
+from drake_tracker.vision.image_tracks.image_objects import ImageObjects, ImageTracks, target_centroid, target_number
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
-from drake_tracker.vision.image_tracks.image_targets_system import ImageTargetsSystem
+from drake_tracker.vision.image_tracks.image_tracker_system import ImageTargetsSystem
 from drake_tracker.vision.image_tracks.track_2d import start_track
 
 PERIOD = 0.1
@@ -37,7 +35,7 @@ def run(energy, objects=3):
     builder = DiagramBuilder()
     system = builder.AddSystem(ImageTargetsSystem(objects, period=PERIOD))
     source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(energy)))
-    builder.Connect(source.get_output_port(), system.GetInputPort("motion"))
+    builder.Connect(source.get_output_port(), system.GetInputPort("tracks"))
     simulator = Simulator(builder.Build())
     context = system.GetMyContextFromRoot(simulator.get_context())
     for port in (system.get_output_port(k) for k in range(system.num_output_ports())):
@@ -52,7 +50,7 @@ def names(system):
 
 def test_the_numbers_and_centroids_are_those_of_the_targets():
     known = objects_at((20.0, 30.0), (50.25, 60.5))
-    ports = run(DetectionMask(0.5, read_only(np.zeros((100, 100), np.uint8)), (0, 0), known))
+    ports = run(ImageTracks(0.5, known))
     assert list(ports) == ["number_1", "number_2", "centroid_2", "number_3", "centroid_3"]
     assert [ports[f"number_{k}"].item() for k in (1, 2, 3)] == [1.0, 2.0, 0.0]
     assert ports["centroid_2"].tolist() == [0.5, 50.25, 60.5, 40.0, 1.0]
@@ -66,7 +64,7 @@ def test_a_hidden_object_keeps_its_number_and_has_no_centroid():
 
 
 def test_a_missing_image_shows_no_object():
-    ports = run(DetectionMask(0.5, read_only(np.zeros((1, 1), np.uint8)), (0, 0), None))
+    ports = run(ImageTracks(0.5, None))
     assert [ports[f"number_{k}"].item() for k in (1, 2, 3)] == [0.0, 0.0, 0.0]
     assert ports["centroid_2"].tolist() == [0.5, 0.0, 0.0, 0.0, 0.0]
 
