@@ -45,9 +45,9 @@ from detector_methods import (
     sparser,
 )
 
+from drake_tracker.vision.centroid.config import FrameDifference, NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
 from drake_tracker.vision.centroid.plane_projection import project_to_plane
-from drake_tracker.vision.config import FrameDifference, NormalFlow
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
 from drake_tracker.world.imaging.cameras import focal_length
 

@@ -17,8 +17,8 @@ import numpy as np
 from common import print_table, save_json
 from speed_tables import methods_table
 
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.region_centroid import mean_centroid
 
 SIZE = 256

@@ -3,10 +3,10 @@
 import cv2
 
 from drake_tracker.vision.centroid.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.centroid.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
 from drake_tracker.vision.centroid.frame_difference import FrameDifferenceDetector
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
 from drake_tracker.vision.centroid.static_threshold import StaticThresholdDetector
-from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
 from drake_tracker.vision.region_centroid import hull_centroid
 
 FLOW_THRESHOLD = 0.45

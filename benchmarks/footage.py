@@ -51,8 +51,8 @@ from parts import Part, Timed
 
 import drake_tracker
 from drake_tracker.campaign.rates import wilson
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
 from drake_tracker.vision.image_tracks.track_2d import TrackState2D
 

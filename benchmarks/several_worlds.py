@@ -28,7 +28,8 @@ from drake_tracker.diagrams.hand_eye import inputs
 from drake_tracker.tasks.train.diagram import make_train_host, make_world
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.vision import image_vision
-from drake_tracker.vision.config import MotionCentroid, SilhouetteTracker
+from drake_tracker.vision.centroid.config import MotionCentroid
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.train.rail import TRAIN_LENGTH
 
 SEVERAL = {"several": SilhouetteTracker()}

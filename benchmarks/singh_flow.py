@@ -34,8 +34,8 @@ from common import print_table, save_json
 from scipy.stats import spearmanr
 from singh_method import centroid, conservation, moving_probability, neighbourhood
 
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.region_centroid import hull_centroid, mean_centroid
 
 SEEDS = tuple(range(700, 712))

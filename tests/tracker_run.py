@@ -3,7 +3,7 @@
 import numpy as np
 from cuboids import CAMERAS, CENTRE, HEIGHT, PERIOD, WORK_VOLUME, oval
 
-from drake_tracker.vision.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.tracker import Tracker, TrackerState
 
 GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)

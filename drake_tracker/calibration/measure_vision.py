@@ -24,7 +24,7 @@ from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.vision import slowest_seen
-from drake_tracker.vision.config import MotionCentroid, NormalFlow
+from drake_tracker.vision.centroid.config import MotionCentroid, NormalFlow
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import describe_rig, focal_length
 

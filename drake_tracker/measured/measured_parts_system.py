@@ -9,7 +9,7 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows, message_size
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.config import MeasuredParts
+from drake_tracker.measured.config import MeasuredParts
 
 STREAM = 54
 """Stream of random numbers: default_rng([seed, STREAM, cycle])."""

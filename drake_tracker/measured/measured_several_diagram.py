@@ -12,10 +12,10 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error import MeasuredError
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
 from drake_tracker.measured.measured_vision_system import OBJECTS_PORT, TRUTH_PORT, MeasuredErrorSystem
-from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.vision.silhouettes.target import choose_target, make_target_rule
 from drake_tracker.vision.silhouettes.tracker_system import pack_point, pack_tracks
 

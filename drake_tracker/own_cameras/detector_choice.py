@@ -11,7 +11,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.live_camera import DEFAULT_RATE
 from drake_tracker.own_cameras.first_look import FirstLook, take_a_look
-from drake_tracker.vision.config import FrameDifference, NormalFlow
+from drake_tracker.vision.centroid.config import FrameDifference, NormalFlow
 
 _NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
 """Time [s] between the two images that normal flow compares, as with the simulated cameras."""

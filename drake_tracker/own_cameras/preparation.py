@@ -27,9 +27,9 @@ from drake_tracker.own_cameras.own_cameras_diagram import MAX_GAP, OwnCamerasDia
 from drake_tracker.own_cameras.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.reader import read_option
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 from drake_tracker.vision.centroid.plane_projection import project_to_plane
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
 from drake_tracker.vision.image_tracks.pyramid_level import reduced_pixel, reduced_window
 

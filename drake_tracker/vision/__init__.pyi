@@ -2,14 +2,7 @@ from .camera_motion import CameraMotionDetector as CameraMotionDetector
 from .camera_motion import CameraMotionState as CameraMotionState
 from .camera_motion import CameraObservation as CameraObservation
 from .camera_motion import Verdict as Verdict
-from .config import BackgroundDifference as BackgroundDifference
 from .config import CameraMotion as CameraMotion
-from .config import FrameDifference as FrameDifference
-from .config import MotionCentroid as MotionCentroid
-from .config import NormalFlow as NormalFlow
-from .config import Silhouettes as Silhouettes
-from .config import SilhouetteTracker as SilhouetteTracker
-from .config import StaticThreshold as StaticThreshold
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .region_centroid import RegionCentroid as RegionCentroid
 from .region_of_interest import RegionOfInterest as RegionOfInterest

@@ -10,12 +10,12 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts, add_wrist_view
 from drake_tracker.vision.region_of_interest import RegionOfInterest
 from drake_tracker.vision.silhouettes.background_model import BackgroundModel
 from drake_tracker.vision.silhouettes.background_subtraction_system import BackgroundSubtractionSystem
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.tracker import Tracker
 from drake_tracker.vision.silhouettes.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE

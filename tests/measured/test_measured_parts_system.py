@@ -9,8 +9,8 @@ from variants import variant
 from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS, PartTracks, message_rows
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.measured.config import MeasuredParts
 from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
-from drake_tracker.vision.config import MeasuredParts
 
 VIEW = np.array([[0.48, -0.45], [0.72, 0.50]])
 EXACT = variant(MeasuredParts, noise_std=0.0, bias_std=0.0, turn_noise_std_deg=0.0, turn_bias_std_deg=0.0)()

@@ -10,12 +10,12 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoint, TrackPoints, message_rows
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error import MeasuredError, object_seed
 from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
 from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
-from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Largest
 from drake_tracker.vision.silhouettes.track_3d import TrackState

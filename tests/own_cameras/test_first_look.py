@@ -12,7 +12,7 @@ from drake_tracker import cli
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.own_cameras.detector_choice import can_suit, suited, suited_live
 from drake_tracker.own_cameras.first_look import is_whole, median_image, take_a_look
-from drake_tracker.vision.config import FrameDifference, NormalFlow
+from drake_tracker.vision.centroid.config import FrameDifference, NormalFlow
 
 
 def look(pictures, settings=NormalFlow(stride=1), window=None, follow=None):

@@ -10,7 +10,7 @@ from films import write_images
 from drake_tracker import cli
 from drake_tracker.footage.footage import Footage
 from drake_tracker.own_cameras.detector_choice import suited, suited_live
-from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.image_tracks.image_objects import ImageObjects
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.pyramid_level import enlarged, reduced, reduced_pixel, reduced_window

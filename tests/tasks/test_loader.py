@@ -13,12 +13,14 @@ from drake_tracker.core.setting import settings_of
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, InclinedPlane
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import Lossy, Perfect
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.scenarios.tree import RENAMED_TAGS, parse
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
-from drake_tracker.vision.config import NormalFlow, SeveralObjects, SilhouetteTracker
+from drake_tracker.vision.centroid.config import NormalFlow
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 
 
 def errors_of(*args, **kwargs):

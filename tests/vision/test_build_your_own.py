@@ -25,8 +25,8 @@ from drake_tracker.cameras import CameraModel
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.estimation import add_estimator, make_estimator
-from drake_tracker.vision import FrameDifference, add_triangulator
-from drake_tracker.vision.centroid import NormalFlowDetector, add_motion_centroid, add_plane_projector
+from drake_tracker.vision import add_triangulator
+from drake_tracker.vision.centroid import FrameDifference, NormalFlowDetector, add_motion_centroid, add_plane_projector
 
 PERIOD = 1.0 / 50.0
 SPEED, HEIGHT = 0.25, 0.1

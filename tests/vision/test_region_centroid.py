@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid, mean_centroid
 
 SIZE = 200

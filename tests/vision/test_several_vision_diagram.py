@@ -12,9 +12,9 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, Regions, TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.config import SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette import ArmSilhouette
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.target_config import Coloured, Inside, Nearest
 
 

@@ -22,8 +22,8 @@ from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems
+from drake_tracker.vision.centroid.config import FrameDifference
 from drake_tracker.vision.centroid.detectors import DETECTORS
-from drake_tracker.vision.config import FrameDifference
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
 
 STILL_SUPERSAMPLING = 4

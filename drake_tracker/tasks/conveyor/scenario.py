@@ -16,8 +16,9 @@ from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import PickConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
+from drake_tracker.measured.config import MeasuredParts
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.vision.config import BeltParts, MeasuredParts
+from drake_tracker.vision.parts.config import BeltParts
 from drake_tracker.world.config import CamerasConfig, LightingConfig, WristCamera
 from drake_tracker.world.conveyor.conveyor_config import ArrivalsConfig, BeltConfig, TrayConfig
 

@@ -16,10 +16,12 @@ from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.jaws import WIDTH_TOLERANCE
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
+from drake_tracker.measured.config import OneObject, SeveralObjects
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.tree import Value, merge
 from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
-from drake_tracker.vision.config import MotionCentroid, OneObject, SeveralObjects, SilhouetteTracker
+from drake_tracker.vision.centroid.config import MotionCentroid
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.config import (
     CLOSED_KINDS,
     LIFTED,

@@ -13,13 +13,15 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.faults.fault import Fault, calibrated_with
 from drake_tracker.faults.kinds import make_faults
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.vision.config import MotionCentroid, SeveralObjects, SilhouetteTracker
+from drake_tracker.vision.centroid.config import MotionCentroid
 from drake_tracker.vision.region_of_interest import RegionOfInterest, project_region
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.imaging.cameras import ImageWindow, camera_poses, renderable_window
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY, ImagePipeline, process_count

@@ -16,6 +16,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.faults.fault import CalibrationFault, PointFault, faults_at
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error_file import load_error
 from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.measured.measured_tracks import ObjectLook
@@ -26,13 +27,13 @@ from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.vision.centroid.detectors import make_detector
 from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
-from drake_tracker.vision.config import SeveralObjects, SilhouetteTracker
 from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.hand_markers import MarkerSearch
 from drake_tracker.vision.hand.wrist_view import WristView
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts
 from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.config import TRAIN_WIDTH, WristCamera
 from drake_tracker.world.imaging.cameras import ImageWindow, describe_rig
 from drake_tracker.world.imaging.wrist_camera import WRIST_CAMERA, describe_wrist

@@ -1,5 +1,10 @@
 from .background_difference import BackgroundDifferenceDetector as BackgroundDifferenceDetector
 from .board_vision_diagram import BoardVisionDiagram as BoardVisionDiagram
+from .config import BackgroundDifference as BackgroundDifference
+from .config import FrameDifference as FrameDifference
+from .config import MotionCentroid as MotionCentroid
+from .config import NormalFlow as NormalFlow
+from .config import StaticThreshold as StaticThreshold
 from .detectors import DETECTORS as DETECTORS
 from .detectors import make_detector as make_detector
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector

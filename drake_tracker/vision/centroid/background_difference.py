@@ -5,8 +5,8 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.centroid.binary_detector import BinaryDetector
+from drake_tracker.vision.centroid.config import BackgroundDifference
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages
-from drake_tracker.vision.config import BackgroundDifference
 
 
 class BackgroundDifferenceDetector(BinaryDetector[BackgroundDifference]):

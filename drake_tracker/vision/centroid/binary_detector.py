@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.centroid.config import BinaryImage
 from drake_tracker.vision.check_settings import check_odd, check_settings
-from drake_tracker.vision.config import BinaryImage
 from drake_tracker.vision.region_centroid import RegionCentroid, find_centroid
 
 LEVEL_ROWS = 4

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_tracker.core.registry import Registry
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
+from drake_tracker.vision.centroid.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
 
 if TYPE_CHECKING:
     import numpy as np

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.centroid.binary_detector import BinaryDetector
-from drake_tracker.vision.config import FrameDifference
+from drake_tracker.vision.centroid.config import FrameDifference
 from drake_tracker.vision.light_gain import light_gain
 
 

@@ -14,10 +14,10 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.detectors import DETECTORS, make_detector
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
 from drake_tracker.vision.centroid.search_window import SearchWindow, Track
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.region_centroid import RegionCentroid, enlarged_centroid, reduced
 

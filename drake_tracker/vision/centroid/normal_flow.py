@@ -17,7 +17,7 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.light_gain import light_gain
 from drake_tracker.vision.region_centroid import RegionCentroid, brightness_gate, find_centroid
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from drake_tracker.vision.centroid.binary_detector import BinaryDetector
+from drake_tracker.vision.centroid.config import StaticThreshold
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages
-from drake_tracker.vision.config import StaticThreshold
 
 
 class StaticThresholdDetector(BinaryDetector[StaticThreshold]):

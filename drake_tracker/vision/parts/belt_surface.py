@@ -14,8 +14,8 @@ import numpy as np
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.check_settings import check_settings
-from drake_tracker.vision.config import BeltParts
 from drake_tracker.vision.light_gain import SAME_LIGHT, light_gain
+from drake_tracker.vision.parts.config import BeltParts
 from drake_tracker.vision.shadow_test import bodies, largest_channel, opened, shadow_like
 
 ACROSS, ALONG = 0.02, 0.25

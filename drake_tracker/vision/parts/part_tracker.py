@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.vision.config import BeltParts
+from drake_tracker.vision.parts.config import BeltParts
 from drake_tracker.vision.parts.part_fit import PartFit, SeenWindow, fit_part, soften
 from drake_tracker.vision.parts.part_search import PartCandidate, PartSearch
 from drake_tracker.vision.parts.part_silhouette import PartPose, PartSilhouette, Patch

@@ -10,10 +10,10 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.config import BeltParts
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.parts.belt_surface import BeltSurface
+from drake_tracker.vision.parts.config import BeltParts
 from drake_tracker.vision.parts.part_search import PartSearch
 from drake_tracker.vision.parts.part_silhouette import PartSilhouette
 from drake_tracker.vision.parts.part_tracker import PartTracker

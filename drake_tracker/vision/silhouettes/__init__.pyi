@@ -1,6 +1,8 @@
 from .background_model import Background as Background
 from .background_model import BackgroundModel as BackgroundModel
 from .background_subtraction_system import BackgroundSubtractionSystem as BackgroundSubtractionSystem
+from .config import Silhouettes as Silhouettes
+from .config import SilhouetteTracker as SilhouetteTracker
 from .foreground import Foreground as Foreground
 from .object_shape import ObjectShape as ObjectShape
 from .regions import Region as Region

@@ -13,9 +13,9 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.check_settings import check_settings
-from drake_tracker.vision.config import Silhouettes
 from drake_tracker.vision.light_gain import SAME_LIGHT, light_gain
 from drake_tracker.vision.shadow_test import bodies, largest_channel, opened, shadow_like
+from drake_tracker.vision.silhouettes.config import Silhouettes
 
 GHOST_EDGE_RATIO = 1.3
 """A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this

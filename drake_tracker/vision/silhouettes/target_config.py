@@ -1,7 +1,7 @@
 """Settings of the choice of the target: which of several tracked objects is followed.
 
 The name of a class is its YAML tag. Values are checked when the rule of the settings is made, as those of
-`drake_tracker.vision.config`.
+`config.py`.
 """
 
 from dataclasses import dataclass

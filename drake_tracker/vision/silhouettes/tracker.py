@@ -18,7 +18,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.check_settings import check_settings
-from drake_tracker.vision.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.object_appearance import learn_look, recognised, relearning
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape

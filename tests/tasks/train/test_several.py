@@ -6,6 +6,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import TRACK_FIELDS, TrackPoints, message_rows
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.replay.recording import open_recording
 from drake_tracker.replay.replay import replay_run
 from drake_tracker.report import page_of, read_run
@@ -14,7 +15,6 @@ from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.vision.config import SeveralObjects
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
 SEVERAL = "vision.method=!SilhouetteTracker {}"

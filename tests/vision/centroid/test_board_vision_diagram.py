@@ -24,10 +24,10 @@ from drake_tracker.core.messages import Centroid, TrackPoint
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.centroid.background_difference import BackgroundDifferenceDetector
 from drake_tracker.vision.centroid.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.centroid.config import BackgroundDifference, FrameDifference
 from drake_tracker.vision.centroid.frame_difference import FrameDifferenceDetector
 from drake_tracker.vision.centroid.plane_projection import PlausiblePoints, board_window, camera_on_board
 from drake_tracker.vision.centroid.search_window import SearchWindow
-from drake_tracker.vision.config import BackgroundDifference, FrameDifference
 
 TIME_STEP = 1 / 600
 X_CB = camera_pose()

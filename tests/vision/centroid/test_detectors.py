@@ -6,12 +6,8 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.centroid.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.centroid.config import BackgroundDifference, FrameDifference, NormalFlow
 from drake_tracker.vision.centroid.detectors import DETECTORS, make_detector
-from drake_tracker.vision.config import (
-    BackgroundDifference,
-    FrameDifference,
-    NormalFlow,
-)
 
 SCENE = np.random.default_rng(0).integers(0, 255, (20, 30, 3), np.uint8)
 

@@ -6,9 +6,9 @@ from ball_pictures import FROM_CAMERA, FROM_SIDE, put_ball, shoot
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.centroid.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.centroid.config import BackgroundDifference, FrameDifference, StaticThreshold
 from drake_tracker.vision.centroid.frame_difference import DifferenceImages, FrameDifferenceDetector
 from drake_tracker.vision.centroid.static_threshold import StaticThresholdDetector
-from drake_tracker.vision.config import BackgroundDifference, FrameDifference, StaticThreshold
 
 BOARD = np.full((160, 160), 205.0)
 MIDDLE = np.array([80.0, 80.0])

@@ -17,10 +17,10 @@ from drake_tracker.core.timing import (
     lag_of_throughput,
     vision_slot,
 )
+from drake_tracker.vision.centroid.config import FrameDifference, NormalFlow
 from drake_tracker.vision.centroid.frame_difference import FrameDifferenceDetector
 from drake_tracker.vision.centroid.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
 from drake_tracker.vision.centroid.normal_flow import MotionImages, NormalFlowDetector
-from drake_tracker.vision.config import FrameDifference, NormalFlow
 
 WIDTH, HEIGHT = 120, 96
 SPEED_U, SPEED_V = 48.0, 12.0

@@ -3,8 +3,8 @@ import pytest
 from scipy import ndimage
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector, erode_isolated
-from drake_tracker.vision.config import NormalFlow
 
 PERIOD = 1.0 / 60.0
 ROWS, COLUMNS = np.mgrid[0:120, 0:160].astype(float)

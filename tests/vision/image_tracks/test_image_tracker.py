@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
+from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_tracks.global_image_motion import (
     TILE_SHARE,
     TILES,

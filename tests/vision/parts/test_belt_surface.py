@@ -8,8 +8,8 @@ from drawn_belt import CAMERAS, HEIGHT, MASKS, SIDES, WINDOWS, photographs, pose
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.part_kinds import PartKind
-from drake_tracker.vision.config import BeltParts
 from drake_tracker.vision.parts.belt_surface import BeltSurface
+from drake_tracker.vision.parts.config import BeltParts
 
 PARTS = [pose(PartKind.BOX, 0.58, -0.2, 0.4), pose(PartKind.ELL, 0.62, 0.1, 1.0)]
 

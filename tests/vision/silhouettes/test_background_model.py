@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.config import Silhouettes
 from drake_tracker.vision.silhouettes import background_model
 from drake_tracker.vision.silhouettes.background_model import BackgroundModel
+from drake_tracker.vision.silhouettes.config import Silhouettes
 
 WIDTH, HEIGHT = 160, 110
 RATE = 60

@@ -5,7 +5,7 @@ import pytest
 from cuboids import CENTRE, Cuboid, Stage
 from tracker_run import BLUE, NEAR, Run, during, on_line, on_oval
 
-from drake_tracker.vision.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 

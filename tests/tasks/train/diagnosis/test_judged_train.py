@@ -21,7 +21,7 @@ from drake_tracker.tasks.train.diagnosis.judged_train import (
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
-from drake_tracker.vision.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.train.objects_config import Ball, Train
 
 

@@ -20,7 +20,7 @@ from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.camera_motion import Verdict
-from drake_tracker.vision.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
 
 CYCLES = 360
