@@ -8,12 +8,12 @@ from drake_tracker.core.messages import (
     TRACK_FIELDS,
     Regions,
     TrackPoints,
+    TrackState,
     message_rows,
     message_size,
 )
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.silhouettes.target import Reason
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def track(number, x=0.5, y=0.0, *, state=TrackState.MOVING, vx=0.0, vy=0.0, size=0.1):

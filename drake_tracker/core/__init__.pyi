@@ -23,6 +23,7 @@ from .messages import TouchReport as TouchReport
 from .messages import TrackPoint as TrackPoint
 from .messages import TrackPoints as TrackPoints
 from .messages import TrackPredictions as TrackPredictions
+from .messages import TrackState as TrackState
 from .messages import Verdict as Verdict
 from .messages import WristPoint as WristPoint
 from .messages import evaluate_prediction as evaluate_prediction

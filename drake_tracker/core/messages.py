@@ -52,6 +52,19 @@ not be compared with the background; number of the `vision.camera_motion.Verdict
 image by motion of the camera itself [px]; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is
 none."""
 
+
+class TrackState(IntEnum):
+    """Whether an object can be seen; the numbers are those in messages and logs."""
+
+    NONE = 0
+    MOVING = 1
+    STANDING = 2
+    OCCLUDED = 3
+    NOT_OBSERVED = 4
+    OUT_OF_VIEW = 5
+    MERGED = 6
+
+
 TRACK_SLOTS = 8
 """Tracks that a message holds."""
 TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz") + (
@@ -67,7 +80,7 @@ TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", 
     "yaw",
     "yaw_known",
 )
-"""Fields of a track: identity (0: empty slot); `vision.silhouettes.track_3d.TrackState`; position in W [m], measured
+"""Fields of a track: identity (0: empty slot); `TrackState`; position in W [m], measured
 where the object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays
 [m]; stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]; direction in which an object at
 rest lies [rad], up to half a turn, and 1 if the images have shown it."""

@@ -19,6 +19,7 @@ from drake_tracker.core.messages import (
     TrackPoint,
     TrackPoints,
     TrackPredictions,
+    TrackState,
     message_rows,
     message_size,
     prediction_knots,
@@ -27,7 +28,6 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
 from drake_tracker.estimation.estimator_system import make_packet, predict_path
 from drake_tracker.estimation.point_check import NO_TRAIL, heading_at_rest, passed, refuse_point
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 _NUMBER, _STATE, _X, _SEEN, _YAW, _YAW_KNOWN = (
     TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen", "yaw", "yaw_known")

@@ -6,17 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.core.messages import TRACK_SLOTS, TrackPoint
+from drake_tracker.core.messages import TRACK_SLOTS, TrackPoint, TrackState
 from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error import MeasuredError
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
-from drake_tracker.vision.silhouettes.track_3d import (
-    STANDING_SPEED,
-    Measurement,
-    Track3D,
-    TrackState,
-    new_track,
-)
+from drake_tracker.vision.silhouettes.track_3d import STANDING_SPEED, Measurement, Track3D, new_track
 from drake_tracker.vision.silhouettes.tracker import TrackerState
 
 UNCONFIRMED_TIME = 0.05

@@ -22,7 +22,7 @@ from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_process import VideoProcess
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, NO_POINTS, Film, port_of
 from drake_tracker.tasks.tracks import reason_words
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
+from drake_tracker.vision.detection_mask import DetectionMask
 
 _FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
 """Vision cycles from one frame to the next."""

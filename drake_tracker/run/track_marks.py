@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.cameras.camera_model import CameraModel
-from drake_tracker.core.messages import REGION_FIELDS, TrackPoints, message_rows
+from drake_tracker.core.messages import REGION_FIELDS, TrackPoints, TrackState, message_rows
 from drake_tracker.run.video_marks import BRIGHT, MEDIUM, VOID, dot, fixed, polyline
 from drake_tracker.tasks.style import bgr, draw_text, track_light
 from drake_tracker.tasks.tracks import TrackRow, track_rows
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 RING, DOT = 10.0, 3.0
 """Radii of the marks of an object that is not seen, and of one that is seen [px]."""

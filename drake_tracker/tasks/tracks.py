@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.core.log import Signal
-from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoints, message_rows
+from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoints, TrackState, message_rows
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 TRACKS = "tracks"
 """Name of the signal with `TrackPoints` vectors, which only a run that tracks several objects has."""

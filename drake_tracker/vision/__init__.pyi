@@ -3,6 +3,7 @@ from .camera_motion import CameraMotionState as CameraMotionState
 from .camera_motion import CameraObservation as CameraObservation
 from .camera_motion import Verdict as Verdict
 from .config import CameraMotion as CameraMotion
+from .detection_mask import DetectionMask as DetectionMask
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .region_centroid import RegionCentroid as RegionCentroid
 from .region_of_interest import RegionOfInterest as RegionOfInterest

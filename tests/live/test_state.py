@@ -8,13 +8,13 @@ import numpy as np
 from track_messages import track, track_points
 
 from drake_tracker.core.constants import SIDES
+from drake_tracker.core.messages import TrackState
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.live.pace import FRAME_INTERVAL
 from drake_tracker.live.state import LONGEST_HISTORY, LiveState
 from drake_tracker.run.track_marks import track_marks
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.tasks.style import bgr, track_light
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
 

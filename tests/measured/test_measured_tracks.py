@@ -8,7 +8,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoint, TrackPoints, message_rows
+from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoint, TrackPoints, TrackState, message_rows
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error import MeasuredError, object_seed
@@ -18,7 +18,6 @@ from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Largest
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 YELLOW, RED = ObjectLook((0.12, 0.04, 0.05), (250.0, 212.0, 76.0)), ObjectLook((0.04, 0.04, 0.04), (192.0, 48.0, 40.0))
 OVERRIDE = "vision=!Measured {method: !SeveralObjects {}}"

@@ -10,11 +10,11 @@ from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, save_log
+from drake_tracker.core.messages import TrackState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.report.page import page_of
 from drake_tracker.report.run_files import read_run
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 class Links(HTMLParser):

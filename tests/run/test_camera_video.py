@@ -15,6 +15,7 @@ from drake_tracker.core.messages import (
     CatchDiagnosis,
     Regions,
     TrackPoints,
+    TrackState,
     message_size,
     pack_prediction,
 )
@@ -26,9 +27,8 @@ from drake_tracker.run.video_page import VideoPage
 from drake_tracker.tasks.ball.filming import PREDICTING
 from drake_tracker.tasks.filming import Film, Script, no_points
 from drake_tracker.tasks.train.pictures.filming import TRAIN_SCRIPT
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
+from drake_tracker.vision.detection_mask import DetectionMask
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 LAG = 5
 OFFSET = (10, 20)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from track_messages import regions, track, track_points
 
+from drake_tracker.core.messages import TrackState
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.track_marks import dashed_ring, draw_track, region_marks, tag, track_marks
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.tasks.style import bgr, track_light
 from drake_tracker.tasks.tracks import track_rows
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 WINDOW = np.array([[10.0, 80.0], [245.0, 80.0], [245.0, 190.0], [10.0, 190.0]])
 STATE = PageState(1.0, Phase.TRACK, ("", ""), 0.75)

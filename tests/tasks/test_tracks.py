@@ -5,6 +5,7 @@ import pytest
 from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import TrackState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.tracks import (
     STATE_WORDS,
@@ -15,7 +16,6 @@ from drake_tracker.tasks.tracks import (
     track_rows,
 )
 from drake_tracker.vision.silhouettes.target import REASONS, Reason
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def message(k):

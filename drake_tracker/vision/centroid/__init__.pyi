@@ -8,7 +8,6 @@ from .config import StaticThreshold as StaticThreshold
 from .detectors import DETECTORS as DETECTORS
 from .detectors import make_detector as make_detector
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector
-from .motion_centroid_system import DetectionMask as DetectionMask
 from .motion_centroid_system import LaggedCentroid as LaggedCentroid
 from .motion_centroid_system import MotionCentroidSystem as MotionCentroidSystem
 from .motion_centroid_system import add_motion_centroid as add_motion_centroid

@@ -19,22 +19,8 @@ from drake_tracker.vision.centroid.detectors import DETECTORS, make_detector
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
 from drake_tracker.vision.centroid.search_window import SearchWindow, Track
 from drake_tracker.vision.delay_line_system import DelayLineSystem
+from drake_tracker.vision.detection_mask import DetectionMask
 from drake_tracker.vision.region_centroid import RegionCentroid, enlarged_centroid, reduced
-
-
-@dataclass(frozen=True, eq=False)
-class DetectionMask(FrozenState):
-    """What the detector saw at one instant, for figures and video.
-
-    Attributes:
-        stamp: capture time of the image described [s].
-        mask: uint8, read-only, 255 where something moves; of the shape of the image, or of the reduced one.
-        image_offset: full-frame coordinates (u0, v0) of the mask's top left pixel.
-    """
-
-    stamp: float
-    mask: np.ndarray
-    image_offset: tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)

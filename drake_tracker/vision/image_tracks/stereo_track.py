@@ -13,8 +13,10 @@ from drake_tracker.vision.image_tracks.object_motion import ObjectMotion, Object
 from drake_tracker.vision.image_tracks.occlusion_by_edges import EdgeMotion
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
 from drake_tracker.vision.image_tracks.track_2d import LIKE, Track2D, TrackState2D
-from drake_tracker.vision.silhouettes.stereo_geometry import GATE
 
+GATE = 16.0
+"""Squared Mahalanobis distance up to which a ray may lead to an object: 99.97 % in two dimensions. Gaps up to its root
+times the usual one belong to one object."""
 LEAST_GAP = 1.0 / 16.0
 """Standard deviation of a gap that is always usual, as a share of the largest one."""
 USUAL_WEIGHT = 0.02

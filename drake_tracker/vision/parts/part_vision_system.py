@@ -24,17 +24,17 @@ from drake_tracker.core.messages import (
     PartTracks,
     Regions,
     TrackPoints,
+    TrackState,
     message_rows,
     message_size,
 )
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
+from drake_tracker.vision.detection_mask import DetectionMask
 from drake_tracker.vision.parts.belt_surface import BeltLook, BeltSurface
 from drake_tracker.vision.parts.part_silhouette import PartSilhouette
 from drake_tracker.vision.parts.part_track import PartTrack
 from drake_tracker.vision.parts.part_tracker import PartImage, PartTracker, PartTrackerState
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 @dataclass(frozen=True, eq=False)

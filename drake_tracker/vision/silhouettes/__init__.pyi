@@ -21,7 +21,6 @@ from .target_config import Nearest as Nearest
 from .target_config import Selected as Selected
 from .track_3d import Measurement as Measurement
 from .track_3d import Track3D as Track3D
-from .track_3d import TrackState as TrackState
 from .tracker import Tracker as Tracker
 from .tracker import TrackerState as TrackerState
 from .tracker_system import TrackerSystem as TrackerSystem

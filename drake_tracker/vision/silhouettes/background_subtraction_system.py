@@ -14,8 +14,8 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.vision.camera_motion import UnusableReason, Verdict
-from drake_tracker.vision.centroid.motion_centroid_system import DetectionMask
 from drake_tracker.vision.config import CameraMotion
+from drake_tracker.vision.detection_mask import DetectionMask
 from drake_tracker.vision.silhouettes.background_model import Background, BackgroundModel
 from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.vision.silhouettes.image_alignment import AlignedImage, Alignment, ImageAlignment

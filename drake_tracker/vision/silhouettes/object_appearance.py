@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, Track3D, TrackState
+from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, Track3D
 
 RECENTLY, NEARBY = 1.0, 0.3
 """Time since two objects were merged [s], and distance between them [m], up to which their identities are checked."""

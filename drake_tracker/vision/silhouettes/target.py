@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, Protocol, runtime_checkable
 
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.target_config import TARGETS
-from drake_tracker.vision.silhouettes.track_3d import Track3D, TrackState
+from drake_tracker.vision.silhouettes.track_3d import Track3D
 
 
 class Reason(IntEnum):

@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.object_shape import HEADING_SPEED, ObjectShape
 
 ACCELERATION_NOISE = 0.6
@@ -31,18 +31,6 @@ GUESS_TIME = 2.0
 """Time [s] after which even an object whose size or height is a guess gives points: the background is known then."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
-
-
-class TrackState(IntEnum):
-    """Whether an object can be seen; the numbers are those of the messages."""
-
-    NONE = 0
-    MOVING = 1
-    STANDING = 2
-    OCCLUDED = 3
-    NOT_OBSERVED = 4
-    OUT_OF_VIEW = 5
-    MERGED = 6
 
 
 class Measurement(NamedTuple):

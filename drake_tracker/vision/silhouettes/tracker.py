@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
+from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS, TrackState
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
@@ -26,13 +26,7 @@ from drake_tracker.vision.silhouettes.regions import Region, make_regions
 from drake_tracker.vision.silhouettes.silhouettes import COVERED, covered_share, find_silhouettes
 from drake_tracker.vision.silhouettes.split_silhouettes import place_objects
 from drake_tracker.vision.silhouettes.stereo_geometry import GATE, StereoGeometry, projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import (
-    STANDING_SPEED,
-    Measurement,
-    Track3D,
-    TrackState,
-    new_track,
-)
+from drake_tracker.vision.silhouettes.track_3d import STANDING_SPEED, Measurement, Track3D, new_track
 from drake_tracker.vision.silhouettes.track_splitting import TrackSplitting
 from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 

@@ -6,7 +6,7 @@ import pytest
 from cuboids import CAMERAS, Cuboid, Stage
 from tracker_run import Run, on_line, on_oval
 
-from drake_tracker.vision.silhouettes.track_3d import TrackState
+from drake_tracker.core.messages import TrackState
 
 
 def bar(path, since, ahead, width=12.0):

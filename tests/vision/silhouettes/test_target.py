@@ -5,6 +5,7 @@ import pytest
 
 from drake_tracker.core.colour import hue, hue_distance
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.target import (
     REASONS,
@@ -15,7 +16,7 @@ from drake_tracker.vision.silhouettes.target import (
     reason_of,
 )
 from drake_tracker.vision.silhouettes.target_config import Coloured, First, Inside, Largest, Nearest
-from drake_tracker.vision.silhouettes.track_3d import Measurement, TrackState, new_track
+from drake_tracker.vision.silhouettes.track_3d import Measurement, new_track
 
 GOLD, RED, GREY, BLUE = (208.0, 176.0, 64.0), (180.0, 40.0, 30.0), (120.0, 122.0, 119.0), (40.0, 60.0, 200.0)
 

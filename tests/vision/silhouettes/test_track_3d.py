@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
-from drake_tracker.vision.silhouettes.track_3d import Measurement, TrackState, new_track
+from drake_tracker.vision.silhouettes.track_3d import Measurement, new_track
 
 PERIOD = 1 / 60
 STD = 0.003

@@ -5,8 +5,8 @@ import pytest
 from cuboids import CENTRE, Cuboid, Stage
 from tracker_run import BLUE, NEAR, Run, during, on_line, on_oval
 
+from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 @pytest.mark.parametrize("distance", [0.3, 0.2])

@@ -6,10 +6,9 @@ from cuboids import CAMERAS, HEIGHT, PERIOD, Cuboid, Stage, oval
 from tracker_run import BLUE, GOLD, NEAR, RED, Run, during, on_line, on_oval, standing
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import TRACK_SLOTS
+from drake_tracker.core.messages import TRACK_SLOTS, TrackState
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 from drake_tracker.vision.silhouettes.tracker import Expected, Tracker
 
 

@@ -15,13 +15,13 @@ from drake_tracker.core.messages import (
     TrackPoint,
     TrackPoints,
     TrackPredictions,
+    TrackState,
     message_rows,
     message_size,
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, vision_slot
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import First, Nearest
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 from drake_tracker.vision.silhouettes.tracker import Tracker, TrackerState
 from drake_tracker.vision.silhouettes.tracker_system import TrackerSystem, pack_regions, unpack_expected
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import TrackState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.tasks.style import bgr, track_colour
@@ -17,7 +18,6 @@ from drake_tracker.tasks.train.pictures.figures import _draw_over_time, _lap, dr
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.centroid.normal_flow import MotionImages
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def draw(scenario, log, path):

@@ -8,7 +8,7 @@ from track_messages import regions, track, track_points
 
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import Signal
-from drake_tracker.core.messages import Regions, TrackPoints
+from drake_tracker.core.messages import Regions, TrackPoints, TrackState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.train.schema import Phase
@@ -18,7 +18,6 @@ from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.pictures.grasp_figure import draw_grasp, grasp_figure
 from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, SPAN, choose_frames, grasp_instants
 from drake_tracker.tasks.train.setup import resolve
-from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 OFFSET = (20, 10)
 OFFSETS = dict.fromkeys(SIDES, OFFSET)
