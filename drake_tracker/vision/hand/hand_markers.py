@@ -19,6 +19,7 @@ import numpy as np
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.subpixel_peak import peak_offset
 
 RADIUS = 0.014
 """Radius of the drums [m], as in ``models/gripper/gripper_marked.sdf``."""
@@ -227,11 +228,7 @@ def _refined(response: np.ndarray, row: int, column: int) -> np.ndarray | None:
         row, column = row + down - 1, column + right - 1
     else:
         return None
-    steps = []
-    for before, here, after in (area[1], area[:, 1]):
-        bend = before - 2.0 * here + after
-        steps.append(0.0 if bend == 0.0 else 0.5 * (before - after) / bend)
-    return np.array([column + steps[0], row + steps[1]])
+    return np.array([column + peak_offset(area[1], 1), row + peak_offset(area[:, 1], 1)])
 
 
 def triangulate_hand(

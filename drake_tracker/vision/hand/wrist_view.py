@@ -30,6 +30,7 @@ from drake_tracker.vision.hand.wrist_template import (
     missed,
 )
 from drake_tracker.vision.rectified_patch import CELL, rectified, rotation
+from drake_tracker.vision.subpixel_peak import peak_offset
 
 REACH_ALONG, REACH_ACROSS = 0.024, 0.016
 """Largest distance of the object from its predicted place at which it is searched for [m]."""
@@ -188,13 +189,7 @@ def peak(scores: np.ndarray) -> tuple[float, float, bool]:
     if not (0 < row < height - 1 and 0 < column < width - 1):
         return float(row), float(column), True
     return (
-        row + _vertex(*scores[row - 1 : row + 2, column]),
-        column + _vertex(*scores[row, column - 1 : column + 2]),
+        row + peak_offset(scores[:, column], int(row), 0.5),
+        column + peak_offset(scores[row], int(column), 0.5),
         False,
     )
-
-
-def _vertex(before: float, at: float, after: float) -> float:
-    """Returns where a parabola through three values, 1 apart, is largest, relative to the middle one."""
-    bend = before - 2.0 * at + after
-    return 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
+from drake_tracker.vision.subpixel_peak import peak_offset
 
 LARGEST_PATCH = 96
 """Longer side above which a patch is used at lower resolution [px]."""
@@ -70,7 +71,9 @@ def find_patch(
         return float(place[0]), float(place[1]), 0.0
     score = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
     _, best, _, (x, y) = cv2.minMaxLoc(score)
-    found = np.array([x + _vertex(score[y], x), y + _vertex(score[:, x], y)]) * factor + (left, top) + centre
+    across, down = score[y].astype(float), score[:, x].astype(float)
+    corner = np.array([x + peak_offset(across, x, 0.5), y + peak_offset(down, y, 0.5)])
+    found = corner * factor + (left, top) + centre
     return float(found[0]), float(found[1]), best if np.isfinite(best) else 0.0
 
 
@@ -103,12 +106,3 @@ def with_scene(scenes: tuple[Scene, ...], image: np.ndarray, place: np.ndarray, 
     if scenes and scenes[-1].distance(u, v) < SCENE_STEP * size:
         return scenes
     return (*scenes[1 - SCENES :], Scene(image, u, v))
-
-
-def _vertex(values: np.ndarray, k: int) -> float:
-    """Returns the place of the vertex of a parabola through three neighbouring values, relative to the middle one."""
-    if not 0 < k < len(values) - 1:
-        return 0.0
-    before, middle, after = (float(value) for value in values[k - 1 : k + 2])
-    bend = before - 2.0 * middle + after
-    return 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))

@@ -16,9 +16,8 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.image_tracks.track_2d import (
     PIXEL_ERROR,
     POSITION_ERROR,
-    SIZE_CHANGE,
-    SPEED_CHANGE,
     Track2D,
+    constant_velocity,
 )
 
 START_SPEED = 10.0
@@ -63,13 +62,10 @@ def start_motion(p_WQ: np.ndarray, size: float, stamp: float) -> ObjectMotion:
 
 
 def predict_motion(motion: ObjectMotion, stamp: float) -> ObjectMotion:
-    """Returns a motion at a later time [s]: the velocity changes as that of an `Track2D` does."""
-    dt, one = max(stamp - motion.stamp, 0.0), np.eye(3)
-    F = np.block([[one, dt * one], [0.0 * one, one]])
-    q = (SPEED_CHANGE * float(np.linalg.norm(motion.mean[3:])) + SIZE_CHANGE * motion.size) ** 2
-    Q = q * np.block([[dt**3 / 3.0 * one, dt**2 / 2.0 * one], [dt**2 / 2.0 * one, dt * one]])
-    covariance = F @ motion.covariance @ F.T + Q
-    return replace(motion, stamp=stamp, mean=read_only(F @ motion.mean), covariance=read_only(covariance))
+    """Returns a motion at a later time [s]: the velocity changes as that of a `Track2D` does."""
+    dt, speed = max(stamp - motion.stamp, 0.0), float(np.linalg.norm(motion.mean[3:]))
+    mean, covariance = constant_velocity(motion.mean, motion.covariance, dt, speed, motion.size)
+    return replace(motion, stamp=stamp, mean=mean, covariance=covariance)
 
 
 def ray_to(track: Track2D, camera: CameraModel, p_WQ: np.ndarray, error: float) -> ObjectRay:

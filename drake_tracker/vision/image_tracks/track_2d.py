@@ -237,12 +237,32 @@ def remember_scene(track: Track2D, image: np.ndarray, displacement: float) -> Tr
 def predict_track(track: Track2D, stamp: float) -> Track2D:
     """Returns a track at a later time [s]; until it has two points, its velocity is unknown."""
     dt = stamp - track.stamp
-    F = np.array([[1.0, 0.0, dt, 0.0], [0.0, 1.0, 0.0, dt], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    q = (SPEED_CHANGE * track.speed + SIZE_CHANGE * track.size) ** 2
-    a, b, c = dt**3 / 3.0 * q, dt**2 / 2.0 * q, dt * q
-    Q = np.array([[a, 0.0, b, 0.0], [0.0, a, 0.0, b], [b, 0.0, c, 0.0], [0.0, b, 0.0, c]])
-    covariance = F @ track.covariance @ F.T + Q
-    return replace(track, stamp=stamp, mean=read_only(F @ track.mean), covariance=read_only(covariance))
+    mean, covariance = constant_velocity(track.mean, track.covariance, dt, track.speed, track.size)
+    return replace(track, stamp=stamp, mean=mean, covariance=covariance)
+
+
+def constant_velocity(
+    mean: np.ndarray, covariance: np.ndarray, dt: float, speed: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (mean, covariance), both read-only, after a time in which the velocity changes by white noise.
+
+    Args:
+        mean: n coordinates and their rates, shape (2n,).
+        covariance: of the mean, shape (2n, 2n).
+        dt: the time [s].
+        speed: of the object.
+        size: of the object, in the unit of the coordinates.
+    """
+    n = len(mean) // 2
+    position = np.arange(n)
+    rate = position + n
+    q = (SPEED_CHANGE * speed + SIZE_CHANGE * size) ** 2
+    F, Q = np.eye(2 * n), np.zeros((2 * n, 2 * n))
+    F[position, rate] = dt
+    Q[position, position] = dt**3 / 3.0 * q
+    Q[position, rate] = Q[rate, position] = dt**2 / 2.0 * q
+    Q[rate, rate] = dt * q
+    return read_only(F @ mean), read_only(F @ covariance @ F.T + Q)
 
 
 def measure(track: Track2D, u: float, v: float, extra: float = 0.0) -> Track2D:

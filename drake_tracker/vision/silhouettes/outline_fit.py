@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.frozen_state import read_only
+from drake_tracker.vision.subpixel_peak import peak_offset
 
 ROUNDS = 6
 """How often every object is moved at most."""
@@ -193,7 +194,7 @@ def _best_place(
     place = start + steps[best]
     for axis in range(len(start)):
         line = np.moveaxis(total, axis, 0)[(slice(None), *(index for other, index in enumerate(best) if other != axis))]
-        place[axis] += step * _peak(line, int(best[axis]))
+        place[axis] += step * peak_offset(line, int(best[axis]))
     return place
 
 
@@ -240,12 +241,3 @@ def _erase(image: np.ndarray, template: np.ndarray, pixel: tuple[int, int]) -> N
     left, top = pixel[0] - width // 2, pixel[1] - height // 2
     view = image[top : top + height, left : left + width]
     np.multiply(view, 1 - template, out=view)
-
-
-def _peak(values: np.ndarray, index: int) -> float:
-    """Returns where the parabola through the largest value and its neighbours has its maximum, from the index on."""
-    if not 0 < index < len(values) - 1:
-        return 0.0
-    before, at, after = values[index - 1 : index + 2]
-    bend = before - 2.0 * at + after
-    return float(0.5 * (before - after) / bend if bend < 0.0 else 0.0)
