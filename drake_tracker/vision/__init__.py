@@ -1,11 +1,10 @@
 """Vision: images go in, points come out.
 
-Each camera's images (`ImageRgba8U`, from a simulated `RgbdSensor` or from footage) become a motion centroid in pixels
-(`add_motion_centroid`, with one of the motion detectors). A localiser turns the centroids into a `TrackPoint` in the
-world: `add_triangulator` for two calibrated cameras, `add_plane_projector` for one camera and a known plane.
-`CameraModel` is the calibration of a camera; `VisionDiagram` and `BoardVisionDiagram` are the two papers' complete
-pipelines, and `MeasuredVisionDiagram` stands in for one of them without images. `SeveralVisionDiagram` tracks several
-objects by their silhouettes and outputs the point of one of them, the target.
+Each method has a folder: `centroid` (the motion centroid of the papers), `silhouettes` (several objects in space),
+`image_tracks` (several objects in images of your own cameras), `parts` (parts on a belt), `hand` (the arm itself). Here
+is what they share: triangulation (`TriangulatorSystem`, which makes a `TrackPoint` in the world from the centroids of
+two calibrated cameras), the delay line, the mask of a detection, regions of interest, and motion of the camera itself.
+Begin with `centroid/vision_diagram.py` for one object and `several_vision_diagram.py` for several.
 """
 
 import lazy_loader

@@ -74,15 +74,12 @@ class CameraMotionState(FrozenState):
         anchor: (3, 3) warp of the image since which the camera stays displaced.
         steady: number of images in a row in which the camera stayed there; 0 when it is not displaced.
         unusable: number of unusable images in a row.
-        origin: (3, 3) transform from pixels of the reference to those of the first reference, for which the calibration
-            holds [px]; None when it is unknown.
     """
 
     warp: np.ndarray = field(default_factory=lambda: IDENTITY)
     anchor: np.ndarray = field(default_factory=lambda: IDENTITY)
     steady: int = 0
     unusable: int = 0
-    origin: np.ndarray | None = field(default_factory=lambda: IDENTITY)
 
 
 @dataclass(frozen=True)
@@ -102,11 +99,6 @@ class CameraObservation:
         std: expected error of the displacement [px]. It is infinite when the fit did not converge, and when the
             reference has no texture, or none outside of the mask: motion of the camera can then be neither seen nor
             mistaken for motion of the scene, and the verdict is still.
-        residual: standard deviation of the brightness of the edges around the fit, without outliers [grey levels].
-        inliers: share of the edge pixels whose brightness the fit explains; 0 when the reference has no texture.
-        overlap: share of the edge pixels of the reference that lie within the image.
-        rebuild: whether the reference should be replaced: the camera stays displaced, too little of the reference is
-            left in the image, or images have been unusable for some time.
     """
 
     verdict: Verdict
@@ -116,10 +108,6 @@ class CameraObservation:
     transform: np.ndarray | None
     displacement: float
     std: float
-    residual: float
-    inliers: float
-    overlap: float
-    rebuild: bool
 
 
 class CameraMotionDetector:
@@ -174,30 +162,15 @@ class CameraMotionDetector:
         found = self._fit(small, state, reference)
         reason = self._reason(found, small, reference, state)
         if reason is not UnusableReason.NONE:
-            state = replace(state, unusable=state.unusable + 1)
-            rebuild = state.unusable > self.settings.steady_images
-            return _observation(Verdict.UNUSABLE, image, found, reference, reason=reason, rebuild=rebuild), state
+            observation = _observation(Verdict.UNUSABLE, image, found, reference, reason)
+            return observation, replace(state, unusable=state.unusable + 1)
         if self._is_still(found) or not reference.textured:
-            return _observation(Verdict.STILL, image, found, reference), CameraMotionState(origin=state.origin)
+            return _observation(Verdict.STILL, image, found, reference), CameraMotionState()
         stays = state.steady > 0 and reference.distance(found.warp, state.anchor) < self.settings.steadiness
         steady, warp = state.steady + 1 if stays else 1, read_only(found.warp)
-        knocked = steady > self.settings.steady_images
-        rebuild = knocked or found.overlap < self.settings.rebuild_overlap
-        verdict = Verdict.DISPLACED if knocked else Verdict.COMPENSATED
-        state = CameraMotionState(warp, state.anchor if stays else warp, steady, 0, state.origin)
-        return _observation(verdict, image, found, reference, rebuild=rebuild), state
-
-    def rebuilt(self, state: CameraMotionState, transform: np.ndarray | None) -> CameraMotionState:
-        """Returns the state after the reference was replaced by an image as it came from the camera.
-
-        Args:
-            state: from that image.
-            transform: (3, 3) of that image to the old reference, from its observation; None when the image was
-                unusable, so that nothing is known.
-        """
-        if state.origin is None or transform is None:
-            return CameraMotionState(origin=None)
-        return CameraMotionState(origin=read_only(state.origin @ transform))
+        verdict = Verdict.DISPLACED if steady > self.settings.steady_images else Verdict.COMPENSATED
+        state = CameraMotionState(warp, state.anchor if stays else warp, steady)
+        return _observation(verdict, image, found, reference), state
 
     def _fit(self, image: np.ndarray, state: CameraMotionState, reference: CameraReference) -> Fit:
         """Returns the best fit of an image prepared for it; what costs more is tried only when it is needed."""
@@ -240,9 +213,7 @@ def _observation(
     image: np.ndarray,
     found: Fit,
     reference: CameraReference,
-    *,
     reason: UnusableReason = UnusableReason.NONE,
-    rebuild: bool = False,
 ) -> CameraObservation:
     """Returns what was found out about an image, aligned if the verdict says so."""
     aligned, missing, scale = image, None, reference.factor
@@ -258,10 +229,6 @@ def _observation(
         transform=transform,
         displacement=scale * found.displacement,
         std=scale * found.std,
-        residual=found.residual,
-        inliers=found.inliers,
-        overlap=found.overlap,
-        rebuild=rebuild,
     )
 
 

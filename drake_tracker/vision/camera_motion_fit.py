@@ -23,8 +23,6 @@ PRIOR_INFORMATION = np.diag(PRIOR**-2.0)
 """Inverse covariance of the parameters before an image is seen."""
 NO_SHAPE = np.zeros(8)
 """The eight parameters of the identity."""
-INLIER = 0.64
-"""Share of the largest residual with a weight up to which a pixel is an inlier: three standard deviations."""
 STEPS = 20
 """Largest number of steps of a fit."""
 LEAST_GAIN, LEAST_AGREEMENT = 0.1, 0.2
@@ -59,8 +57,6 @@ class Fit(NamedTuple):
         displacement: root mean square displacement of the edge pixels [px].
         std: expected error of the displacement [px]; infinite when there are too few edge pixels, or when the steps did
             not converge.
-        residual: standard deviation of the brightness around the fit, without outliers [grey levels].
-        inliers: share of the edge pixels whose brightness the fit explains.
         agreement: median over the edges of their contrast in the image over that in the reference. It is 1 when the
             edges are at their places and sharp, and 0 when the images have nothing in common.
         scatter: standard deviation of the contrasts around the agreement, as a share of the median contrast. Noise of
@@ -73,8 +69,6 @@ class Fit(NamedTuple):
     warp: np.ndarray
     displacement: float
     std: float
-    residual: float
-    inliers: float
     agreement: float
     scatter: float
     overlap: float
@@ -84,11 +78,9 @@ class Fit(NamedTuple):
 class _Step(NamedTuple):
     change: np.ndarray
     covariance: np.ndarray
-    residual: float
-    inliers: float
 
 
-NO_STEP = _Step(np.zeros(10), np.eye(10), 0.0, 0.0)
+NO_STEP = _Step(np.zeros(10), np.eye(10))
 """What a fit starts from."""
 
 
@@ -112,8 +104,6 @@ def check_still(image: np.ndarray, reference: CameraReference) -> Fit:
         np.eye(3),
         _size(step.change[:8], reference),
         _std(step.covariance, reference),
-        step.residual,
-        step.inliers,
         _agreement(bright - dark, edges.contrasts, light),
         0.0,
         1.0,
@@ -165,8 +155,6 @@ def fit(image: np.ndarray, reference: CameraReference, warp: np.ndarray) -> Fit:
         warp,
         float(np.sqrt(np.mean(np.sum((_moved(edges.points, warp) - edges.points) ** 2, axis=1)))),
         _std(step.covariance, reference) if moved < SETTLED else np.inf,
-        step.residual,
-        step.inliers,
         agreement,
         scatter,
         overlap,
@@ -225,7 +213,7 @@ def _step(edges: EdgePixels, residuals: np.ndarray, light: np.ndarray, shape: np
     slope = (residuals @ weighted).astype(float)
     slope[:8] += PRIOR[:8] ** -2.0 * shape
     slope[8:] -= PRIOR[8:] ** -2.0 * light
-    return _Step(covariance @ slope, covariance, noise, float(np.count_nonzero(ratio < INLIER)) / len(ratio))
+    return _Step(covariance @ slope, covariance)
 
 
 def _median(values: np.ndarray) -> float:
@@ -262,4 +250,4 @@ def _interpolated(image: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _no_fit(overlap: float = 1.0) -> Fit:
-    return Fit(np.eye(3), 0.0, np.inf, 0.0, 0.0, 0.0, np.inf, overlap, 1.0)
+    return Fit(np.eye(3), 0.0, np.inf, 0.0, np.inf, overlap, 1.0)

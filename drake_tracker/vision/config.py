@@ -35,7 +35,7 @@ class CameraMotion:
     least_overlap: ClassVar[float] = 0.4
     """Least share of the reference's edges within an image; chosen."""
     rebuild_overlap: ClassVar[float] = 0.75
-    """Share below which the reference should be replaced; chosen."""
+    """A former setting without effect, accepted at this value."""
     steadiness: ClassVar[float] = 0.3
     """Displacement between images of a camera that stays displaced [px]; chosen."""
     steady_images: ClassVar[int] = 30
