@@ -40,7 +40,7 @@ def several_run(tmp_path_factory):
 @pytest.fixture(scope="session")
 def ball_run(tmp_path_factory):
     """A run in which the ball rolls at once: the poses of the board are given, without the initialisation."""
-    overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
+    overrides = ["catch.ready_after=0", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
     out = tmp_path_factory.mktemp("ball") / "run"
-    return make_run(out, "ball", 2.0, overrides, images=True, initialise=true_poses)
+    return make_run(out, "ball", 2.8, overrides, images=True, initialise=true_poses)
