@@ -2,6 +2,7 @@
 
 import errno
 import io
+import re
 import signal
 import subprocess
 import sys
@@ -252,10 +253,28 @@ def test_a_scenario_without_a_notice_prints_none(capsys):
     assert capsys.readouterr().err == ""
 
 
+def settings_listed(capsys, *arguments):
+    assert cli.main(["list", *arguments]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    return [line.split()[0] for line in lines if re.match(r"  [a-z][a-z_.]*  ", line + "  ")]
+
+
+@pytest.mark.parametrize("task", ["train", "ball", "conveyor"])
+def test_list_shows_the_settings_that_people_change_or_all_or_those_of_another_kind(monkeypatch, capsys, task):
+    monkeypatch.setenv("COLUMNS", "200")
+    few, every = settings_listed(capsys, task), settings_listed(capsys, task, "--all")
+    assert 20 < len(few) <= 40 and set(few) < set(every)
+    if task == "train":
+        assert "estimator.bend_noise" in settings_listed(capsys, task, "--set", "estimator=!CoordinatedTurn {}")
+    known = load_scenario(task).COMMON
+    unknown = [key for key in known if key not in every and not key.startswith(("link.", "vision.method."))]
+    assert unknown == []
+
+
 @pytest.mark.parametrize("columns", [60, 90])
 def test_list_fits_the_terminal_and_has_a_section_for_each_part(monkeypatch, capsys, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
-    assert cli.main(["list", "train"]) == 0
+    assert cli.main(["list", "train", "--all"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= columns
     headings = [line.partition(":")[0] for before, line in zip(["", *lines], lines) if not before and line]

@@ -4,9 +4,10 @@ import dataclasses
 import shutil
 import textwrap
 from argparse import Namespace
+from collections.abc import Collection
 from typing import Any
 
-from drake_tracker.commands.common import SUCCESS, Commands, add_command
+from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_overrides
 
 _WIDEST = 110
 """Greatest width of the text, however wide the terminal is."""
@@ -23,11 +24,13 @@ def register(commands: Commands) -> None:
         "list",
         execute,
         help="list the scenarios, or the settings of one",
-        description="Lists the scenarios of the package. With a scenario: every setting with its value, what is "
-        "allowed, and its meaning.",
+        description="Lists the scenarios of the package. With a scenario: the settings that people change most, each "
+        "with its value, what is allowed, and its meaning.",
         next_step="drake-tracker run SCENARIO --set KEY.PATH=VALUE",
     )
-    command.add_argument("scenario", nargs="?", metavar="SCENARIO[:NAME]", help="show every setting of this scenario")
+    command.add_argument("scenario", nargs="?", metavar="SCENARIO[:NAME]", help="show the settings of this scenario")
+    command.add_argument("--all", action="store_true", help="show every setting")
+    add_overrides(command)
 
 
 def execute(options: Namespace) -> int:
@@ -36,7 +39,9 @@ def execute(options: Namespace) -> int:
 
     width = min(shutil.get_terminal_size().columns, _WIDEST)
     if options.scenario:
-        lines = settings_lines(load_scenario(options.scenario), width)
+        scenario = load_scenario(options.scenario, overrides=options.overrides)
+        changed = tuple(override.partition("=")[0].strip() for override in options.overrides)
+        lines = settings_lines(scenario, width, None if options.all else (*scenario.COMMON, *changed), changed)
     else:
         lines = scenario_lines(list_scenarios(), width)
     print("\n".join(lines))
@@ -57,17 +62,23 @@ def scenario_lines(scenarios: list[tuple[str, str]], width: int) -> list[str]:
     return lines
 
 
-def settings_lines(scenario: Any, width: int) -> list[str]:
-    """Returns the lines of all settings of a scenario: a section with a heading for each part.
+def settings_lines(
+    scenario: Any, width: int, only: Collection[str] | None = None, parts_shown: Collection[str] = ()
+) -> list[str]:
+    """Returns the lines of the settings of a scenario: a section with a heading for each part.
 
     Args:
         scenario: the scenario.
         width: greatest length of a line [characters].
+        only: key paths of the settings to show; None shows all.
+        parts_shown: key paths of parts of which all settings are shown.
     """
     from drake_tracker.core.setting import settings_of
     from drake_tracker.scenarios.reader import describe_settings
 
-    rows = describe_settings(scenario)
+    all_rows = describe_settings(scenario)
+    below = tuple(f"{part}." for part in parts_shown)
+    rows = [row for row in all_rows if only is None or row[0] in only or row[0].startswith(below)]
     parts = {
         field.name: field.metadata["help"]
         for field in settings_of(scenario)
@@ -88,6 +99,8 @@ def settings_lines(scenario: Any, width: int) -> list[str]:
         value_width = max(shown, default=0)
         for key, value, allowed, meaning in section:
             lines += _setting(key, value, f"{allowed}; {meaning}", key_width, value_width, width)
+    if len(rows) < len(all_rows):
+        lines += ["", f"{len(all_rows) - len(rows)} more settings: --all; those of another kind: --set estimator=..."]
     return lines
 
 

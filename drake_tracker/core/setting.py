@@ -76,8 +76,10 @@ def constants_of(kind: type) -> dict[str, Any]:
     for each in reversed(kind.__mro__):
         for name, annotation in vars(each).get("__annotations__", {}).items():
             value = vars(each).get(name, dataclasses.MISSING)
-            if typing.get_origin(annotation) is typing.ClassVar and (
-                dataclasses.is_dataclass(value) or isinstance(value, (bool, int, float, str, tuple, type(None)))
+            if (
+                name.islower()
+                and typing.get_origin(annotation) is typing.ClassVar
+                and (dataclasses.is_dataclass(value) or isinstance(value, (bool, int, float, str, tuple, type(None))))
             ):
                 found[name] = value
     return found

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from drake_tracker.core.registry import Registry
-from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.config import FirstInFirstOut, Greedy, LookAhead, NearestDeadline
 
 if TYPE_CHECKING:
+    from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
     from drake_tracker.dispatch.config import Eligibility
     from drake_tracker.dispatch.cycle_time import CycleModel
 
@@ -52,7 +52,7 @@ class Plan:
 class Dispatcher(Protocol):
     """Decides which part the arm picks next."""
 
-    def choose(self, hand: FreeHand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+    def choose(self, hand: "FreeHand", candidates: "Sequence[Candidate]", cells: "Sequence[Cell]", now: float) -> Plan:
         """Returns the plan. Only its first pick is binding.
 
         Args:

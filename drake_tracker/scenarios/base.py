@@ -8,7 +8,7 @@ Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from drake_tracker.core.setting import replace_settings, setting
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
@@ -53,6 +53,8 @@ class BaseScenario:
         origins: {key path: where its value was written}, filled in by `load_scenario`. It is not a setting.
     """
 
+    COMMON: ClassVar[tuple[str, ...]] = ()
+    """Key paths of the settings that people change most, which `drake-tracker list` shows."""
     task: str = setting("", "name of the task")
     name: str = setting("", "name of the scenario; filled in when it is loaded")
     description: str = setting("", "one line for the list of scenarios")

@@ -248,19 +248,21 @@ def _nearest(word: str, names: Iterable[str], prefix: str = "") -> str:
 
 def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
     """Returns where an unknown setting may belong: to another kind of the role, or to the setting with the most similar
-    name, where settings of the same part come first.
+    name, which is one of the same part if any of them is similar.
     """
     prefix = f"{key}." if key else ""
     names = [key_of(field) for field in settings_of(kinds[tag])]
     for kind, part in kinds.items():
         if name in map(key_of, settings_of(part)):
             return f" in !{tag}; it belongs to {key}: !{kind}"
-    paths = [prefix + own for own in names]
-    if dataclasses.is_dataclass(root):  # a Union when an option of the command line names a single part
-        paths += setting_keys(root)
-    scores = [difflib.SequenceMatcher(None, name, path.rpartition(".")[2]).ratio() for path in paths]
-    if max(scores, default=0.0) >= 0.6:
-        return f"; did you mean {paths[scores.index(max(scores))]}?"
+    own = [prefix + each for each in names]
+    elsewhere = (
+        setting_keys(root) if dataclasses.is_dataclass(root) else ()
+    )  # a Union for an option of the command line
+    for paths in (own, list(elsewhere)):
+        scores = [difflib.SequenceMatcher(None, name, path.rpartition(".")[2]).ratio() for path in paths]
+        if max(scores, default=0.0) >= 0.6:
+            return f"; did you mean {paths[scores.index(max(scores))]}?"
     return f"; {key or 'a scenario'} has {', '.join(names) or 'no settings'}"
 
 

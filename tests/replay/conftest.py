@@ -3,6 +3,7 @@
 import pytest
 from ball_scenario import true_poses
 
+from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
@@ -40,7 +41,9 @@ def several_run(tmp_path_factory):
 @pytest.fixture(scope="session")
 def ball_run(tmp_path_factory):
     """A run in which the ball rolls at once: the poses of the board are given, without the initialisation."""
-    overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
+    overrides = ["catch.ready_after=0", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
     out = tmp_path_factory.mktemp("ball") / "run"
-    return make_run(out, "ball", 2.0, overrides, images=True, initialise=true_poses)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CatchConfig, "home_duration", 0.2)
+        return make_run(out, "ball", 2.0, overrides, images=True, initialise=true_poses)

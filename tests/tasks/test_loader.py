@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import re
 import typing
 import warnings
 
@@ -562,3 +563,31 @@ def test_former_settings_of_vision_are_translated_in_overrides():
     assert load_scenario("train:guided", overrides=["vision=!Measured {}"]).vision.method == SeveralObjects()
     with pytest.raises(DrakeTrackerError, match="there is no setting vision.detector"):
         load_scenario("train", overrides=["vision=!Measured {detector: {}}"])
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("grasp.lift_hight=0.2", "did you mean grasp.lift_height?"),
+        ("servo.tracking_idx=0.1", "did you mean servo.tracking_index?"),
+        ("train.speed=0.2", "did you mean track.speed?"),  # nothing in its own section is similar
+    ],
+)
+def test_a_misspelt_setting_suggests_one_of_its_own_section(override, said):
+    with pytest.raises(DrakeTrackerError, match=re.escape(said)):
+        load_scenario("train", overrides=[override])
+
+
+@pytest.mark.parametrize(
+    ("task", "former", "other"),
+    [
+        ("train", "grasp.jaw_speed=0.4", "grasp.jaw_speed=0.5"),
+        ("ball", "board.placement_range=0.01", "board.placement_range=0.02"),
+        ("conveyor", "tray.first_cell=[0.345, 0.19]", "tray.first_cell=[0.3, 0.19]"),
+        ("conveyor", "eligibility={max_std: 0.006}", "eligibility.max_std=0.1"),
+    ],
+)
+def test_a_former_setting_is_accepted_at_its_value_only(task, former, other):
+    assert load_scenario(task, overrides=[former]) == load_scenario(task)
+    with pytest.raises(DrakeTrackerError, match="is no longer a setting; it is fixed at"):
+        load_scenario(task, overrides=[other])

@@ -80,6 +80,43 @@ class BallScenario(BaseScenario):
         faults: what goes wrong, and when.
     """
 
+    COMMON: ClassVar[tuple[str, ...]] = (
+        *(
+            "duration",
+            "seed",
+            "board.incline_deg",
+            "board.length",
+            "board.width",
+            "board.walls",
+            "board.peg_count",
+            "ball.start_x",
+        ),
+        *(
+            "ball.release",
+            "camera.noise",
+            "camera.render_processes",
+            "lighting.shadows",
+            "operator.windows",
+            "vision.detector",
+        ),
+        *(
+            "vision.detector.threshold",
+            "vision.follow",
+            "vision.update_cycles",
+            "vision.throughput_cycles",
+            "estimator.gate",
+        ),
+        *(
+            "estimator.restitution",
+            "link",
+            "link.drop",
+            "link.delay",
+            "catch.follow",
+            "catch.ready_after",
+            "arm",
+            "faults",
+        ),
+    )
     hand: ClassVar[HandKind] = HandKind.CUP
     task: str = setting("ball", "name of the task")
     duration: float = setting(15.0, "simulated time after which the run ends", "s", (0.01, 36000.0))

@@ -4,7 +4,6 @@ import os
 from dataclasses import dataclass
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.processes.worker_pool import processors
 from drake_tracker.world.config import RENDER_PROCESSES
 
 VARIABLE = "DRAKE_TRACKER_RENDER_PROCESSES"
@@ -50,4 +49,6 @@ def process_count(setting: str | int) -> int:
         raise DrakeTrackerError(f"{VARIABLE} is {variable!r}; it must be one of {', '.join(RENDER_PROCESSES)}")
     if variable != "auto":
         return int(variable)
+    from drake_tracker.core.processes.worker_pool import processors  # not needed to read a scenario
+
     return min(processors() - 1, 2)
