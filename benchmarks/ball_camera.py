@@ -30,6 +30,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.ball.initialisation import find_board, make_touching_diagram, photograph_board
 from drake_tracker.world.ball.ball_board import face_corners
+from drake_tracker.world.ball.ball_camera import NAME
 from drake_tracker.world.imaging.cameras import camera_pose
 
 RESULTS = common.RESULTS / "ball_camera.jsonl"
@@ -68,7 +69,7 @@ def locate(seed, overrides):
     scenario = load_scenario("ball", seed=seed, overrides=overrides)
     touching = make_touching_diagram(scenario)
     world = touching.world
-    X_WB, X_WC = world.laboratory.X_WB, world.camera.X_WC
+    X_WB, X_WC = world.laboratory.X_WB, world.cameras[NAME].X_WC
     look_at = X_WB @ face_corners(scenario.board).mean(axis=0)
     row = dict(zip(("distance", "azimuth", "elevation", "roll"), pose_of(X_WC, look_at)))
     try:

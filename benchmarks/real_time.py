@@ -98,17 +98,12 @@ class Loop:
 
     def _processor_time(self):
         """Processor time of this process and of those that record, and of those that render [s]."""
-        sensors = {camera.sensor for camera in cameras_of(self._world)} if self._world is not None else set()
+        sensors = {camera.sensor for camera in self._world.cameras.values()} if self._world is not None else set()
         rendering, recording = (
             sum(processor_time_of(number) for part in parts for number in getattr(part, "processes", []))
             for parts in (sensors, self._recorders)
         )
         return time.process_time() + recording, rendering
-
-
-def cameras_of(world):
-    """Returns the cameras of a world."""
-    return list(world.cameras.values()) if hasattr(world, "cameras") else [world.camera]
 
 
 def processor_time_of(number):

@@ -27,8 +27,10 @@ from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.vision.centroid.plane_projection import board_window, camera_on_board
 from drake_tracker.vision.region_of_interest import project_region
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.ball.ball_camera import NAME
 from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.ball.release_system import draw_delay
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
 from drake_tracker.world.imaging.sensor_model import SensorNoise
 from drake_tracker.world.imaging.sensor_noise_system import SensorNoiseSystem
@@ -175,7 +177,7 @@ def _record_ball(seed, kind):
         verdict = CatchVerdict(world.GetOutputPort("truth_verdict").Eval(context).copy())
         if verdict.crossing_time:
             break
-    X_WB, X_WC = world.laboratory.X_WB, world.camera.X_WC
+    X_WB, X_WC = world.laboratory.X_WB, world.cameras[NAME].X_WC
     empty_world, empty = _still_ball_world(load_scenario("ball", seed=seed, overrides=calm), False)
     empty.AdvanceTo(draw_delay(seed) + EMPTY_AT)
     p_BQ = X_WB.inverse().multiply(np.transpose(balls)).T
@@ -199,16 +201,11 @@ def _still_ball_world(scenario, ball_on_board=True):
     model = make_arm_model(description)
     p_WT = np.add(scenario.board.edge_position, ASIDE)
     q = joints_for(model, description.q_start, tool_down(p_WT, HAND_YAW))
+    config = WorldConfig(
+        arm=description, q_initial=q, lighting=scenario.lighting, seed=scenario.seed, time_step=scenario.time_step
+    )
     world = BallWorldDiagram(
-        description=description,
-        q_initial=q,
-        board=scenario.board,
-        ball=scenario.ball,
-        camera=scenario.camera,
-        lighting=scenario.lighting,
-        ball_on_board=ball_on_board,
-        seed=scenario.seed,
-        time_step=scenario.time_step,
+        config, board=scenario.board, ball=scenario.ball, camera=scenario.camera, ball_on_board=ball_on_board
     )
     simulator = Simulator(world)
     context = simulator.get_mutable_context()

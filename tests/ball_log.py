@@ -51,7 +51,7 @@ class BallRun:
         laboratory = SimpleNamespace(X_WB=self.X_WB, pegs=np.array([(0.0, 0.4), (0.1, 0.6)]))
         self.hand_eye = SimpleNamespace(
             poses=BoardPoses(X_CB, RigidTransform(self.X_WB), 0.02, marks, image, circles),
-            world=SimpleNamespace(laboratory=laboratory, camera=SimpleNamespace(X_WC=X_WC)),
+            world=SimpleNamespace(laboratory=laboratory, cameras={"camera": SimpleNamespace(X_WC=X_WC)}),
         )
 
     @property

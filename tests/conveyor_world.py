@@ -9,6 +9,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.conveyor.arrivals import PART_COLOURS, Arrival
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig
@@ -29,16 +30,11 @@ class World:
 
     def __init__(self, arrivals, p_WT=OVER_BELT, opening=0.088, belt=BeltConfig(), cameras=None, faults=()):
         q = joints_for(make_arm_model(PUMA560), PUMA560.q_start, tool_down(p_WT, np.pi))
+        config = WorldConfig(
+            arm=PUMA560, q_initial=q, jaw_opening=opening, windows=None if cameras else {}, faults=faults
+        )
         self.diagram = ConveyorWorldDiagram(
-            description=PUMA560,
-            q_initial=q,
-            arrivals=arrivals,
-            duration=30.0,
-            belt=belt,
-            jaw_opening=opening,
-            cameras=cameras or CamerasConfig(),
-            windows=None if cameras else {},
-            faults=faults,
+            config, arrivals=arrivals, duration=30.0, belt=belt, cameras=cameras or CamerasConfig()
         )
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()

@@ -1,3 +1,7 @@
+from .base_world_diagram import BaseWorldDiagram as BaseWorldDiagram
+from .base_world_diagram import JawSensorSystem as JawSensorSystem
+from .base_world_diagram import WorldConfig as WorldConfig
+from .base_world_diagram import add_jaw_sensor as add_jaw_sensor
 from .config import BallConfig as BallConfig
 from .config import BoardCameraConfig as BoardCameraConfig
 from .config import BoardConfig as BoardConfig
@@ -13,8 +17,6 @@ from .disturbance_system import add_disturbance as add_disturbance
 from .objects_system import ObjectStatesSystem as ObjectStatesSystem
 from .objects_system import add_object_motion as add_object_motion
 from .objects_system import add_object_states as add_object_states
-from .robot_ports_diagram import JawSensorSystem as JawSensorSystem
-from .robot_ports_diagram import add_jaw_sensor as add_jaw_sensor
 from .scene_object import Ride as Ride
 from .scene_object import SceneObject as SceneObject
 from .visual_mesh import add_visual_mesh as add_visual_mesh

@@ -91,16 +91,8 @@ def add_object_motion(builder: DiagramBuilder, *, plant: MultibodyPlant, moving:
         add_disturbance(builder, plant=plant, slide=instance, name=moving.name, path=ride)
         return None
     (body,) = plant.GetBodyIndices(instance)
-    rail = RailSystem(
-        ride.track,
-        body,
-        plant.GetDefaultFloatingBaseBodyPose(plant.get_body(body)).translation()[2],
-        speed=ride.speed,
-        speed_law=ride.speed_law,
-        variation=ride.variation,
-        start_delay=ride.start_delay,
-        scale=ride.scale,
-    )
+    height = plant.GetDefaultFloatingBaseBodyPose(plant.get_body(body)).translation()[2]
+    rail = RailSystem(ride, body, height)
     builder.AddNamedSystem(f"{moving.name}_rail", rail)
     builder.Connect(plant.get_state_output_port(instance), rail.GetInputPort("train_state"))
     return rail.GetOutputPort("spatial_forces")

@@ -7,7 +7,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
+from drake_tracker.world.config import NoEvent
 from drake_tracker.world.disturbance_system import Path
+from drake_tracker.world.train.speed_law import SpeedEvent
 from drake_tracker.world.train.tracks import Track
 
 
@@ -23,15 +25,17 @@ class Ride:
         variation: amplitude of a varying speed as a fraction of ``speed``.
         start_delay: time until which it stands [s].
         scale: length of the train relative to its model.
+        event: sudden change of the speed.
     """
 
     track: Track
-    start: float
-    speed: float
+    start: float = 0.0
+    speed: float = 0.15
     speed_law: str = "constant"
     variation: float = 0.15
     start_delay: float = 0.0
     scale: float = 1.0
+    event: SpeedEvent | NoEvent = NoEvent()
 
 
 class SceneObject(Protocol):

@@ -15,6 +15,8 @@ from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults import config
+from drake_tracker.world.base_world_diagram import WorldConfig
+from drake_tracker.world.scene_object import Ride
 from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_plant, add_table, add_train
 from drake_tracker.world.train.rail_system import add_rail
 from drake_tracker.world.train.tracks import make_track
@@ -31,7 +33,7 @@ def ride(settings, duration, period=0.05):
     add_table(plant, height=0.45)
     train, track = add_train(plant), make_track("oval")
     plant.Finalize()
-    add_rail(builder, plant=plant, train=train, track=track, height=REST, speed=SPEED, faults=[make(settings)])
+    add_rail(builder, plant=plant, train=train, ride=Ride(track, speed=SPEED), height=REST, faults=[make(settings)])
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     x, y, heading = track.pose(0.3)
@@ -102,13 +104,8 @@ Q_INITIAL = joints_for(make_arm_model(PUMA560), PUMA560.q_start, tool_down([0.56
 
 def hold_still(faults, duration, q=Q_INITIAL, opening=0.088, period=0.05):
     """Runs the laboratory with fixed set-points; returns rows of arm state, jaw state and the bodies of the scene."""
-    world = WorldDiagram(
-        description=PUMA560,
-        q_initial=Q_INITIAL,
-        track=make_track("oval"),
-        windows={},
-        faults=[make(settings) for settings in faults],
-    )
+    config = WorldConfig(arm=PUMA560, q_initial=Q_INITIAL, windows={}, faults=[make(each) for each in faults])
+    world = WorldDiagram(config, track=make_track("oval"))
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     world.GetInputPort("arm_desired_state").FixValue(context, np.concatenate([q, np.zeros(6)]))

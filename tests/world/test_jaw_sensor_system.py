@@ -1,7 +1,7 @@
 import pytest
 
 from drake_tracker.core.messages import JawState
-from drake_tracker.world.robot_ports_diagram import JawSensorSystem
+from drake_tracker.world.base_world_diagram import JawSensorSystem
 
 
 def sense(state, effort):

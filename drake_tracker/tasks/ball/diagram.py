@@ -27,9 +27,11 @@ from drake_tracker.vision.centroid.motion_detector import MotionDetector
 from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.centroid.search_window import SearchWindow
 from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.ball.ball_camera import NAME
 from drake_tracker.world.ball.ball_fixtures import TABLE_HEIGHT
 from drake_tracker.world.ball.ball_plant import TABLE_X
 from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline, process_count
 from drake_tracker.world.train.plant import table_box
@@ -59,7 +61,7 @@ def build(setup: BallSetup) -> HandEyeDiagram:
     pipeline = image_pipeline(setup, detector)
 
     builder = DiagramBuilder()
-    world = add_world(setup, builder, detector, pipeline)
+    world = add_world(setup, builder, pipeline)
     vision = board_vision(setup, detector, setup.window, 0 if pipeline is None else pipeline.latency)
     builder.AddSystem(vision)
     host = builder.AddSystem(ball_host(setup))
@@ -80,34 +82,26 @@ def build(setup: BallSetup) -> HandEyeDiagram:
     return hand_eye
 
 
-def add_world(
-    setup: BallSetup, builder: DiagramBuilder, detector: MotionDetector, pipeline: ImagePipeline | None
-) -> BallWorldDiagram:
+def add_world(setup: BallSetup, builder: DiagramBuilder, pipeline: ImagePipeline | None) -> BallWorldDiagram:
     """Adds the laboratory: table, arm, board, ball, camera, lamps, and the judge.
 
     Args:
         setup: the resolved scenario.
         builder: of the diagram.
-        detector: the motion detector, which says which images are read.
         pipeline: how the images are made beside the simulation; None: they are rendered when they are read.
     """
     scenario = setup.scenario
-    return builder.AddSystem(
-        BallWorldDiagram(
-            description=setup.arm,
-            q_initial=setup.q_initial,
-            board=scenario.board,
-            ball=scenario.ball,
-            camera=scenario.camera,
-            lighting=scenario.lighting,
-            window=setup.window,
-            pipeline=pipeline,
-            wanted=partial(needs_image, detector, scenario.vision.update_cycles),
-            faults=setup.faults,
-            seed=scenario.seed,
-            time_step=scenario.time_step,
-        )
+    config = WorldConfig(
+        arm=setup.arm,
+        q_initial=setup.q_initial,
+        lighting=scenario.lighting,
+        windows={NAME: setup.window},
+        pipeline=pipeline,
+        faults=setup.faults,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
     )
+    return builder.AddSystem(BallWorldDiagram(config, board=scenario.board, ball=scenario.ball, camera=scenario.camera))
 
 
 def add_arm(setup: BallSetup, builder: DiagramBuilder) -> ArmDiagram:
@@ -176,7 +170,8 @@ def image_pipeline(setup: BallSetup, detector: MotionDetector) -> ImagePipeline 
     """
     processes = process_count(setup.scenario.camera.render_processes)
     latency = setup.scenario.vision.throughput_cycles - detector.buffer_length
-    return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
+    wanted = partial(needs_image, detector, setup.scenario.vision.update_cycles)
+    return ImagePipeline(latency, processes, wanted) if processes > 0 and latency > 0 else None
 
 
 def board_detector(setup: BallSetup, window: ImageWindow) -> MotionDetector:

@@ -33,7 +33,9 @@ from drake_tracker.grasp.ball.touch_machine import TouchPhase, touched_points
 from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
+from drake_tracker.world.ball.ball_camera import NAME
 from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.config import BoardCameraConfig, OperatorConfig
 from drake_tracker.world.imaging.cameras import lens_matrix
 
@@ -155,16 +157,15 @@ def make_touching_diagram(scenario: BallScenario) -> BoardTouchingDiagram:
     q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
     time_step = max(scenario.time_step, TOUCH_TIME_STEP)
     still = replace(scenario, time_step=time_step, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
+    config = WorldConfig(
+        arm=description, q_initial=q_initial, lighting=still.lighting, seed=still.seed, time_step=still.time_step
+    )
     world = BallWorldDiagram(
-        description=description,
-        q_initial=q_initial,
+        config,
         board=still.board,
         ball=still.ball,
         camera=still.camera,
-        lighting=still.lighting,
         ball_on_board=False,  # it lies aside, and the gate is open
-        seed=still.seed,
-        time_step=still.time_step,
     )
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
     return BoardTouchingDiagram(world, model, q_initial, jogs, time_step, BALL_SERVO_PERIOD)
@@ -180,8 +181,7 @@ def photograph_board(touching: BoardTouchingDiagram, context: Context) -> list[n
         touching: what `make_touching_diagram` returned.
         context: of this diagram, before the touching.
     """
-    camera = touching.world.camera
-    assert camera is not None
+    camera = touching.world.cameras[NAME]
     rendered = camera.sensor_port.Eval(camera.sensor.GetMyContextFromRoot(context)).data
     return [camera.model.image(rendered, k * VISION_PERIOD)[..., :3].copy() for k in range(CIRCLE_IMAGES)]
 

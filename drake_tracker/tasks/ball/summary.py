@@ -12,6 +12,7 @@ from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
+from drake_tracker.world.ball.ball_camera import NAME
 
 ROLLING = 0.10
 """Time after the release at which vision sees the ball move [s]."""
@@ -57,7 +58,7 @@ def summarise_ball(
         simulated: time at which the run ended [s].
         interrupted: whether the user ended the run.
     """
-    laboratory, camera = hand_eye.world.laboratory, hand_eye.world.camera
+    laboratory, camera = hand_eye.world.laboratory, hand_eye.world.cameras[NAME]
     X_CB = camera.X_WC.inverse() @ laboratory.X_WB
     verdicts = log["truth_verdict"]
     last = last_verdict(log)

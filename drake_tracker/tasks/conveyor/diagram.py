@@ -31,6 +31,7 @@ from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.scenario import Measured
 from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup, resolve
 from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.conveyor.conveyor_config import cell_centres
 from drake_tracker.world.conveyor.conveyor_plant import TABLE_BELOW
 from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
@@ -103,23 +104,26 @@ def add_world(setup: ConveyorSetup, builder: DiagramBuilder) -> ConveyorWorldDia
         builder: of the diagram.
     """
     scenario = setup.scenario
+    config = WorldConfig(
+        arm=setup.arm,
+        q_initial=setup.q_initial,
+        jaw_opening=scenario.pick.jaw_opening,
+        grip_force=scenario.pick.grip_force,
+        lighting=scenario.lighting,
+        windows={} if setup.measured else {f"camera_{side}": setup.windows[side] for side in SIDES},
+        pipeline=setup.pipeline,
+        faults=setup.faults,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+    )
     return builder.AddSystem(
         ConveyorWorldDiagram(
-            description=setup.arm,
-            q_initial=setup.q_initial,
+            config,
             arrivals=setup.arrivals,
             duration=scenario.duration,
             belt=scenario.belt,
             tray=scenario.tray,
-            grip_force=scenario.pick.grip_force,
-            jaw_opening=scenario.pick.jaw_opening,
             cameras=scenario.cameras,
-            lighting=scenario.lighting,
-            windows={} if setup.measured else {f"camera_{side}": setup.windows[side] for side in SIDES},
-            pipeline=setup.pipeline,
-            faults=setup.faults,
-            seed=scenario.seed,
-            time_step=scenario.time_step,
         )
     )
 

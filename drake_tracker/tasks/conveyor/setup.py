@@ -160,7 +160,9 @@ class ConveyorSetup:
             return None
         processes = process_count(self.scenario.cameras.render_processes)
         latency = min(vision.lag_cycles - 1, MOST_LATENCY)
-        return ImagePipeline(latency, processes, vision.update_cycles) if processes > 0 and latency > 0 else None
+        if processes == 0 or latency <= 0:
+            return None
+        return ImagePipeline(latency, processes, lambda cycle: cycle % vision.update_cycles == 0)
 
 
 def resolve(scenario: BaseScenario) -> ConveyorSetup:

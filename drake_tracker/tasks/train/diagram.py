@@ -24,6 +24,7 @@ from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.setup import TrainSetup, resolve
 from drake_tracker.tasks.train.track_placement import check_track
 from drake_tracker.tasks.train.vision import make_vision
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 from drake_tracker.world.train.plant import table_box
@@ -105,32 +106,29 @@ def make_world(
         pipeline: as for `add_world`.
     """
     scenario, (track, start) = setup.scenario, setup.placement
-    return WorldDiagram(
-        description=setup.arm,
+    config = WorldConfig(
+        arm=setup.arm,
         q_initial=setup.reach.q_initial,
-        track=track,
-        start=start,
-        body=scenario.train.body,
-        scale=scenario.train.scale,
-        colour=scenario.train.colour,
-        start_delay=scenario.train.start_delay,
-        table_height=scenario.table_height,
-        table_colour=scenario.table_colour,
-        speed=scenario.track.speed,
-        speed_law=scenario.track.speed_law,
-        variation=scenario.track.variation,
-        event=scenario.track.event,
-        grip_force=scenario.grasp.grip_force,
         jaw_opening=scenario.grasp.jaw_opening,
-        cameras=scenario.cameras,
+        grip_force=scenario.grasp.grip_force,
         lighting=scenario.lighting,
         windows=windows,
         pipeline=pipeline,
-        objects=train_objects(scenario, track, start),
-        judge_all=setup.several,
         faults=setup.faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
+    )
+    return WorldDiagram(
+        config,
+        track=track,
+        start=start,
+        motion=scenario.track,
+        train=scenario.train,
+        table_height=scenario.table_height,
+        table_colour=scenario.table_colour,
+        cameras=scenario.cameras,
+        objects=train_objects(scenario, track, start),
+        judge_all=setup.several,
     )
 
 

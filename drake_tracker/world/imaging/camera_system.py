@@ -1,6 +1,6 @@
 """Adds simulated cameras to a diagram: Drake's `RgbdSensor` or a `PipelinedCamera`, each with a realistic sensor."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from pydrake.geometry import (
@@ -184,7 +184,6 @@ def add_late_cameras(
     optics: Mapping[str, CameraOptics],
     params: RenderEngineVtkParams,
     pipeline: ImagePipeline,
-    wanted: Callable[[int], bool] = lambda cycle: True,
 ) -> dict[str, Camera]:
     """Adds cameras whose images appear some cycles late, as outputs of one `PipelinedCamera` named "cameras".
 
@@ -194,7 +193,6 @@ def add_late_cameras(
         optics: {name of the camera: its pose, lens and sensor}.
         params: of the renderer.
         pipeline: how late the images are, and who makes them.
-        wanted: as for `PipelinedCamera`.
 
     Returns {name: Camera}.
     """
@@ -209,7 +207,7 @@ def add_late_cameras(
         params=params,
         latency=pipeline.latency,
         processes=pipeline.processes,
-        wanted=wanted,
+        wanted=pipeline.wanted,
     )
     return {
         name: Camera(
@@ -261,9 +259,7 @@ def add_cameras(
         for index, (name, X_WC) in enumerate(camera_poses(config).items())
     } | dict(further or {})
     if pipeline is not None:
-        return add_late_cameras(
-            builder, scene_graph=scene_graph, optics=optics, params=params, pipeline=pipeline, wanted=pipeline.wanted
-        )
+        return add_late_cameras(builder, scene_graph=scene_graph, optics=optics, params=params, pipeline=pipeline)
     add_renderer(scene_graph, params=params)
     return {name: add_camera(builder, scene_graph=scene_graph, name=name, optics=each) for name, each in optics.items()}
 

@@ -1,6 +1,7 @@
 """How late the images of simulated cameras appear, and how many processes make them in the meantime."""
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -20,17 +21,13 @@ class ImagePipeline:
     Attributes:
         latency: cycles from the capture of an image until it appears.
         processes: number of processes.
-        update_cycles: cycles from one image that is likely to be read to the next; the others are made only if they are
-            read.
+        wanted: whether the images of a cycle, given by its number, are likely to be read; the others are made only if
+            they are read.
     """
 
     latency: int
     processes: int
-    update_cycles: int = 1
-
-    def wanted(self, cycle: int) -> bool:
-        """Returns whether the images of a cycle, given by its number, are likely to be read."""
-        return cycle % self.update_cycles == 0
+    wanted: Callable[[int], bool] = lambda cycle: True
 
 
 def process_count(setting: str | int) -> int:

@@ -17,17 +17,15 @@ from drake_tracker.core.messages import ArmCommand, Frozen, message_size
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
-from drake_tracker.world.config import NoEvent
+from drake_tracker.world.scene_object import Ride
 from drake_tracker.world.train.rail import rail_force
 from drake_tracker.world.train.speed_law import (
-    SpeedEvent,
     check_event,
     check_speed_law,
     speed_at,
     speed_factor,
     waits_for_launch,
 )
-from drake_tracker.world.train.tracks import Track
 
 
 class RailSystem(LeafSystem):
@@ -49,50 +47,28 @@ class RailSystem(LeafSystem):
     first descent [s], infinity before it.
 
     Args:
-        track: travelled in the direction of growing arc length.
+        ride: the track, and how the train runs on it.
         body_index: of the train's body.
         height: z_W of the body's origin while the train stands on the rail [m].
-        speed: mean speed [m/s].
-        speed_law: one of `SPEED_LAWS`.
-        variation: amplitude of a varying speed as a fraction of ``speed``.
-        start_delay: time until which the train stands [s].
-        scale: length of the train relative to that of its model.
-        event: sudden change of the speed.
         faults: what goes wrong; of these, those of the drive.
 
     Raises DrakeTrackerError when the speed law, its numbers or the event are not allowed.
     """
 
-    def __init__(
-        self,
-        track: Track,
-        body_index: BodyIndex,
-        height: float,
-        *,
-        speed: float,
-        speed_law: str = "constant",
-        variation: float = 0.15,
-        start_delay: float = 0.0,
-        scale: float = 1.0,
-        event: SpeedEvent | NoEvent = NoEvent(),
-        faults: Sequence[Fault] = (),
-    ) -> None:
+    def __init__(self, ride: Ride, body_index: BodyIndex, height: float, faults: Sequence[Fault] = ()) -> None:
         super().__init__()
-        check_speed_law(speed_law, speed, variation)
-        check_event(event)
-        self._track = track
+        check_speed_law(ride.speed_law, ride.speed, ride.variation)
+        check_event(ride.event)
+        self._ride = ride
         self._body_index = body_index
         self._height = height
-        self._law = (speed_law, speed, variation)
-        self._start_delay = start_delay
-        self._scale = scale
-        self._event = event
+        self._law = (ride.speed_law, ride.speed, ride.variation)
         self._faults = faults_at(faults, SpeedFault)
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
         self.DeclareAbstractOutputPort(
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
         )
-        if waits_for_launch(event):
+        if waits_for_launch(ride.event):
             self._launch = self.DeclareVectorInputPort("launch", message_size(ArmCommand))
             self.DeclareDiscreteState([np.inf])
             self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._watch_launch)
@@ -105,12 +81,13 @@ class RailSystem(LeafSystem):
     def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
         time = context.get_time()
-        launched = context.get_discrete_state(0).value()[0] if waits_for_launch(self._event) else np.inf
-        target_speed = speed_at(*self._law, time, self._start_delay) * speed_factor(self._event, time, launched)
+        event = self._ride.event
+        launched = context.get_discrete_state(0).value()[0] if waits_for_launch(event) else np.inf
+        target_speed = speed_at(*self._law, time, self._ride.start_delay) * speed_factor(event, time, launched)
         for fault in self._faults:
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
-        force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height, self._scale)
+        force_x, force_y, torque_z = rail_force(self._ride.track, state, target_speed, self._height, self._ride.scale)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
@@ -122,14 +99,8 @@ def add_rail(
     *,
     plant: MultibodyPlant,
     train: ModelInstanceIndex,
-    track: Track,
+    ride: Ride,
     height: float,
-    speed: float,
-    speed_law: str = "constant",
-    variation: float = 0.15,
-    start_delay: float = 0.0,
-    scale: float = 1.0,
-    event: SpeedEvent | NoEvent = NoEvent(),
     faults: Sequence[Fault] = (),
     others: Sequence[OutputPort] = (),
     name: str = "rail",
@@ -140,34 +111,14 @@ def add_rail(
         builder: of the diagram that has the plant.
         plant: finalized.
         train: model instance with one free body.
-        track: as for `RailSystem`.
+        ride: as for `RailSystem`.
         height: as for `RailSystem`.
-        speed: as for `RailSystem`.
-        speed_law: as for `RailSystem`.
-        variation: as for `RailSystem`.
-        start_delay: as for `RailSystem`.
-        scale: as for `RailSystem`.
-        event: as for `RailSystem`.
         faults: what goes wrong with the train.
         others: spatial forces of other trains, for the one port for forces that the plant has.
         name: of the System.
     """
     (body_index,) = plant.GetBodyIndices(train)
-    rail = builder.AddNamedSystem(
-        name,
-        RailSystem(
-            track,
-            body_index,
-            height,
-            speed=speed,
-            speed_law=speed_law,
-            variation=variation,
-            start_delay=start_delay,
-            scale=scale,
-            event=event,
-            faults=faults,
-        ),
-    )
+    rail = builder.AddNamedSystem(name, RailSystem(ride, body_index, height, faults))
     builder.Connect(plant.get_state_output_port(train), rail.GetInputPort("train_state"))
     forces = add_train_faults(
         builder, plant=plant, train=train, rail_forces=rail.GetOutputPort("spatial_forces"), faults=faults

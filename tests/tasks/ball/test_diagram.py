@@ -65,7 +65,7 @@ def test_the_controller_reads_camera_and_joints_but_no_ground_truth(diagram, req
     plant = world.laboratory.plant
     arm = world.laboratory.arm
     joints = plant.get_state_output_port(arm), plant.get_net_actuation_output_port(arm)
-    sensors = (world.camera.sensor_port, *joints)
+    sensors = (world.cameras["camera"].sensor_port, *joints)
     allowed = {(port.get_system(), int(port.get_index())) for port in sensors}
     wires = Wires(hand_eye)
     wires.leave_open(hand_eye.arm, "operator")

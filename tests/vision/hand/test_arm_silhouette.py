@@ -8,6 +8,7 @@ from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.vision.hand.arm_silhouette import NEAREST, ArmSilhouette
 from drake_tracker.vision.region_of_interest import project_region
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.train.tracks import make_track
@@ -99,14 +100,8 @@ class Scene:
         self.cameras = true_camera_models(config)
         self.windows = {name: project_region(self.cameras[name], WORK_VOLUME).bounds for name in CAMERA_NAMES}
         self.track = make_track("oval")
-        self.world = WorldDiagram(
-            description=PUMA560,
-            q_initial=PUMA560.q_start,
-            track=self.track,
-            start=1.2,
-            cameras=config,
-            windows=self.windows,
-        )
+        laboratory = WorldConfig(arm=PUMA560, q_initial=PUMA560.q_start, windows=self.windows)
+        self.world = WorldDiagram(laboratory, track=self.track, start=1.2, cameras=config)
         self.context = self.world.CreateDefaultContext()
         laboratory = self.world.laboratory
         plant = laboratory.plant

@@ -10,10 +10,12 @@ from drake_tracker.arm.description import PUMA560_CUP
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.world.ball.ball_board import BALL_RADIUS, CIRCLES, draw_board_pose
+from drake_tracker.world.ball.ball_camera import NAME
 from drake_tracker.world.ball.ball_fixtures import KNOCK
 from drake_tracker.world.ball.ball_plant import ASIDE
 from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.ball.release_system import draw_delay
+from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.imaging.cameras import true_camera_model
 
 RIM = 0.43
@@ -31,15 +33,15 @@ class Run:
     def __init__(self, model, scenario, p_WT=(0.47, 0.0, 0.55), ready=False, with_camera=True, ball_on_board=True):
         q = joints_for(model, PUMA560_CUP.q_start, tool_down(p_WT, np.pi))
         self.scenario = scenario
-        self.world = BallWorldDiagram(
-            description=PUMA560_CUP,
+        config = WorldConfig(
+            arm=PUMA560_CUP,
             q_initial=q,
-            board=scenario.board,
-            ball=scenario.ball,
-            camera=scenario.camera if with_camera else None,
-            ball_on_board=ball_on_board,
+            windows=None if with_camera else {},
             seed=scenario.seed,
             time_step=scenario.time_step,
+        )
+        self.world = BallWorldDiagram(
+            config, board=scenario.board, ball=scenario.ball, camera=scenario.camera, ball_on_board=ball_on_board
         )
         self.simulator = Simulator(self.world)
         self.root = self.simulator.get_mutable_context()
@@ -87,12 +89,12 @@ def test_ports(run):
 
 def test_without_a_camera_there_is_no_renderer(model):
     world = Run(model, make_scenario(), with_camera=False).world
-    assert not world.HasOutputPort("camera") and world.camera is None
+    assert not world.HasOutputPort("camera") and not world.cameras
     assert world.laboratory.scene_graph.RendererCount() == 0
 
 
 def test_the_circles_are_dark_on_a_light_board_and_where_they_should_be(run):
-    camera = true_camera_model(run.scenario.camera, run.world.camera.X_WC)
+    camera = true_camera_model(run.scenario.camera, run.world.cameras[NAME].X_WC)
     X_WB = run.laboratory.X_WB
     image = run.grey()
     for x, y in CIRCLES:
@@ -104,7 +106,7 @@ def test_the_circles_are_dark_on_a_light_board_and_where_they_should_be(run):
 
 def test_the_ball_is_seen_by_its_shading_only(run):
     """White on white: it changes the image where it is, by little, and nowhere else."""
-    camera = true_camera_model(run.scenario.camera, run.world.camera.X_WC)
+    camera = true_camera_model(run.scenario.camera, run.world.cameras[NAME].X_WC)
     place = np.array([0.15, 0.12, BALL_RADIUS])
     without = run.grey()
     run.put_ball(place)
@@ -174,7 +176,7 @@ def test_the_distractor_moves_in_view_beside_the_board(model):
     first = run.grey()
     run.simulator.AdvanceTo(1.0)
     change = np.abs(run.grey() - first) > 15.0
-    camera = true_camera_model(run.scenario.camera, run.world.camera.X_WC)
+    camera = true_camera_model(run.scenario.camera, run.world.cameras[NAME].X_WC)
     corners = run.laboratory.X_WB.multiply(np.array([[0.31, 0.31, -0.31, -0.31], [0, 0.9, 0.9, 0], [0.0] * 4])).T
     face = cv2.fillConvexPoly(np.zeros(change.shape, np.uint8), np.rint(camera.project(corners)).astype(int), 1)
     assert change.sum() > 30

@@ -19,7 +19,8 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
-from drake_tracker.world.robot_ports_diagram import add_jaw_sensor
+from drake_tracker.world.base_world_diagram import add_jaw_sensor
+from drake_tracker.world.scene_object import Ride
 from drake_tracker.world.train.grasp_judge_system import HELD, LIFTED, OFF_TRACK, GraspJudgeSystem, add_grasp_judge
 from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_laboratory
 from drake_tracker.world.train.rail_system import add_rail
@@ -283,7 +284,7 @@ class Grasp:
         builder = DiagramBuilder()
         self.laboratory = laboratory = add_laboratory(builder, description=PUMA560, table_height=TABLE_HEIGHT)
         plant = laboratory.plant
-        add_rail(builder, plant=plant, train=laboratory.train, track=TRACK, height=REST, speed=0.0)
+        add_rail(builder, plant=plant, train=laboratory.train, ride=Ride(TRACK, speed=0.0), height=REST)
         p_x, p_y = x - aside * np.sin(heading), y + aside * np.cos(heading)
         high, low = (
             joints_for(model, PUMA560.q_start, tool_down([p_x, p_y, z], heading)) for z in (REST + self.above, REST)

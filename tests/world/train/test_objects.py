@@ -65,7 +65,7 @@ def test_the_default_scenario_has_the_bodies_and_systems_of_a_world_without_obje
     plant = world.laboratory.plant
     assert (plant.num_bodies(), plant.num_model_instances(), plant.num_positions()) == (13, 6, 15)
     assert world.laboratory.scene_graph.model_inspector().num_geometries() == 39
-    assert [part.get_name() for part in world.GetSystems()] == ["plant", "scene_graph", "rail", "jaw_sensor", "judge"]
+    assert [part.get_name() for part in world.GetSystems()] == ["plant", "scene_graph", "rail", "judge", "jaw_sensor"]
 
 
 def test_objects_leave_the_draws_of_the_first_train_alone():

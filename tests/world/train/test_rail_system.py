@@ -16,6 +16,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.config import ChangeSpeed, Reverse, Stop
+from drake_tracker.world.scene_object import Ride
 from drake_tracker.world.train.rail_system import RailSystem, add_rail
 from drake_tracker.world.train.speed_law import distance_at
 from drake_tracker.world.train.tracks import make_track
@@ -47,7 +48,7 @@ SCENE = f"""
 </world></sdf>"""
 
 
-class Ride:
+class Travel:
     """A train on a track; `to` drives it and returns rows (time, s, lateral, yaw error, speed, z)."""
 
     def __init__(self, track, start=0.0, lift=0.0, aside=0.0, **law):
@@ -59,7 +60,7 @@ class Ride:
         self.plant.Finalize()
         self.train = self.plant.GetModelInstanceByName("train")
         self.track = track
-        self.rail = add_rail(builder, plant=self.plant, train=self.train, track=track, height=HEIGHT, **law)
+        self.rail = add_rail(builder, plant=self.plant, train=self.train, ride=Ride(track, **law), height=HEIGHT)
         diagram = builder.Build()
         self.simulator = Simulator(diagram)
         self.context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
@@ -97,7 +98,7 @@ def test_it_follows_the_track_at_its_speed(kind, direction):
     track = make_track(kind, centre=(0.0, 0.0))
     track = track.reversed() if direction == "backward" else track
     duration = 1.05 * track.length / 0.2
-    ride = Ride(track, start=0.1, speed=0.2).to(duration)
+    ride = Travel(track, start=0.1, speed=0.2).to(duration)
     settled = ride[ride[:, 0] > 0.5]
     assert np.abs(settled[:, 2]).max() < 1e-3
     assert np.abs(settled[:, 3]).max() < math.radians(1.0)
@@ -111,14 +112,14 @@ def test_it_follows_the_track_at_its_speed(kind, direction):
 
 def test_it_stops_and_goes():
     track = make_track("oval", centre=(0.0, 0.0))
-    ride = Ride(track, speed=0.15, speed_law="stop_and_go").to(8.0)
+    ride = Travel(track, speed=0.15, speed_law="stop_and_go").to(8.0)
     resting = ride[(ride[:, 0] > 4.7) & (ride[:, 0] < 5.9)]
     assert np.abs(resting[:, 4]).max() < 2e-3
     assert ride[-1, 1] == pytest.approx(distance_at("stop_and_go", 0.15, 0.0, 8.0), rel=0.02)
 
 
 def test_at_the_end_of_a_line_it_stands():
-    ride = Ride(make_track("line", centre=(0.0, 0.0)), start=0.6, speed=0.2).to(3.0)
+    ride = Travel(make_track("line", centre=(0.0, 0.0)), start=0.6, speed=0.2).to(3.0)
     assert ride[-1, 1] == pytest.approx(0.84, abs=2e-3)
     assert ride[-1, 4] < 5e-3
 
@@ -128,7 +129,7 @@ def test_it_follows_a_random_walk_and_stops_at_its_end(speed, aside, turned):
     """Corners of 10 mm, the tightest allowed: distance from the track in mm, error of the heading in deg."""
     track = make_track("random_walk", length=0.7, corner_radius=0.01, walk_seed=(2,))
     assert np.abs(track.curvature(np.linspace(0.0, track.length, 701))).max() > 95.0
-    ride = Ride(track, speed=speed).to(0.7 / speed + 1.0, period=0.02)
+    ride = Travel(track, speed=speed).to(0.7 / speed + 1.0, period=0.02)
     assert np.abs(ride[:, 2]).max() < 1e-3 * aside
     assert np.abs(ride[:, 3]).max() < math.radians(turned)
     assert np.abs(ride[:, 5] - HEIGHT).max() < 1e-3
@@ -138,13 +139,13 @@ def test_it_follows_a_random_walk_and_stops_at_its_end(speed, aside, turned):
 
 def test_it_draws_a_train_set_beside_it_onto_it():
     track = make_track("stadium", centre=(0.0, 0.0))
-    rows = Ride(track, start=0.1, aside=0.003, speed=0.1).to(0.5)
+    rows = Travel(track, start=0.1, aside=0.003, speed=0.1).to(0.5)
     assert abs(rows[-1, 2]) < 1e-4
 
 
 def test_the_force_is_applied_at_the_trains_origin_and_vanishes_once_it_is_lifted():
     track = make_track("oval", centre=(0.0, 0.0))
-    ride = Ride(track, speed=0.2)
+    ride = Travel(track, speed=0.2)
     applied = ride.spatial_force()
     assert applied.body_index == ride.plant.GetBodyByName("body").index()
     np.testing.assert_array_equal(applied.p_BoBq_B, np.zeros(3))
@@ -152,16 +153,16 @@ def test_the_force_is_applied_at_the_trains_origin_and_vanishes_once_it_is_lifte
     np.testing.assert_allclose(
         applied.F_Bq_W.translational(), [0.6 * math.cos(heading), 0.6 * math.sin(heading), 0.0], atol=1e-3
     )
-    lifted = Ride(track, lift=0.005, speed=0.2).spatial_force()
+    lifted = Travel(track, lift=0.005, speed=0.2).spatial_force()
     np.testing.assert_array_equal(lifted.F_Bq_W.get_coeffs(), np.zeros(6))
 
 
 def test_ports_and_refusals():
-    rail = RailSystem(make_track("oval"), 1, HEIGHT, speed=0.1)
+    rail = RailSystem(Ride(make_track("oval"), speed=0.1), 1, HEIGHT)
     assert rail.GetInputPort("train_state").size() == 13
     assert rail.GetOutputPort("spatial_forces").get_name() == "spatial_forces"
     with pytest.raises(DrakeTrackerError, match="speed_law"):
-        RailSystem(make_track("oval"), 1, HEIGHT, speed=0.1, speed_law="sprint")
+        RailSystem(Ride(make_track("oval"), speed=0.1, speed_law="sprint"), 1, HEIGHT)
 
 
 def command(frozen):
@@ -179,7 +180,7 @@ EVENTS = {
 @pytest.mark.parametrize("name", EVENTS)
 def test_an_event_changes_the_speed_at_its_time(name):
     event, after = EVENTS[name]
-    ride = Ride(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=event)
+    ride = Travel(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=event)
     rows = ride.to(1.0)
     assert rows[-1, 4] == pytest.approx(0.2, abs=0.012)
     rows = ride.to(2.0)
@@ -187,20 +188,15 @@ def test_an_event_changes_the_speed_at_its_time(name):
 
 
 def test_an_event_ends():
-    ride = Ride(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=Stop(at=0.8, duration=0.4))
+    ride = Travel(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=Stop(at=0.8, duration=0.4))
     assert ride.to(1.15)[-1, 4] < 0.004
     assert ride.to(2.0)[-1, 4] == pytest.approx(0.2, abs=0.012)
 
 
 def test_an_event_begins_after_the_launch():
     """The hand descends from 0.5 s on for the first time, and once more later, which changes nothing."""
-    rail = RailSystem(
-        make_track("circle", radius=0.2, centre=(0.0, 0.0)),
-        BodyIndex(1),
-        HEIGHT,
-        speed=0.2,
-        event=Stop(after_launch=0.3),
-    )
+    circle = make_track("circle", radius=0.2, centre=(0.0, 0.0))
+    rail = RailSystem(Ride(circle, speed=0.2, event=Stop(after_launch=0.3)), BodyIndex(1), HEIGHT)
     builder = DiagramBuilder()
     builder.AddSystem(rail)
     times = [0.0, 0.5, 0.9, 1.5, 1.8, 3.0]
@@ -221,8 +217,7 @@ def test_an_event_begins_after_the_launch():
 
 
 def test_an_event_needs_a_time():
+    circle = make_track("circle", radius=0.2, centre=(0.0, 0.0))
     for event in (Stop(), Reverse(at=1.0, after_launch=0.1)):
         with pytest.raises(DrakeTrackerError, match="needs either 'at' or 'after_launch'"):
-            RailSystem(
-                make_track("circle", radius=0.2, centre=(0.0, 0.0)), BodyIndex(1), HEIGHT, speed=0.2, event=event
-            )
+            RailSystem(Ride(circle, speed=0.2, event=event), BodyIndex(1), HEIGHT)

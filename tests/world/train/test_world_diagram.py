@@ -9,7 +9,8 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.vision.region_of_interest import project_region
-from drake_tracker.world.config import CamerasConfig
+from drake_tracker.world.base_world_diagram import WorldConfig
+from drake_tracker.world.config import CamerasConfig, TrackConfig, TrainConfig
 from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.train import world_diagram
 from drake_tracker.world.train.plant import TABLE_FRAME, TRAIN_HEIGHT
@@ -34,15 +35,9 @@ def track():
 
 @pytest.fixture(scope="module")
 def world(q_initial, track):
+    config = WorldConfig(arm=PUMA560, q_initial=q_initial, jaw_opening=JAW_OPENING, windows=WINDOWS)
     return WorldDiagram(
-        description=PUMA560,
-        q_initial=q_initial,
-        track=track,
-        start=START,
-        speed=SPEED,
-        jaw_opening=JAW_OPENING,
-        cameras=CamerasConfig(noise=0.0),
-        windows=WINDOWS,
+        config, track=track, start=START, motion=TrackConfig(speed=SPEED), cameras=CamerasConfig(noise=0.0)
     )
 
 
@@ -127,14 +122,8 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
 def test_what_is_not_rendered_through_a_window_is_not_in_the_work_volume(world, q_initial, track, monkeypatch):
     """The frame under the table is left out; some pixels outside of the polygon in which the vision looks show that."""
     monkeypatch.setattr(world_diagram, "hide_table_frame", lambda laboratory: None)
-    complete = WorldDiagram(
-        description=PUMA560,
-        q_initial=q_initial,
-        track=track,
-        start=START,
-        cameras=CamerasConfig(noise=0.0),
-        windows=WINDOWS,
-    )
+    config = WorldConfig(arm=PUMA560, q_initial=q_initial, windows=WINDOWS)
+    complete = WorldDiagram(config, track=track, start=START, cameras=CamerasConfig(noise=0.0))
     perceived = []
     for each in (world, complete):
         inspector = each.laboratory.scene_graph.model_inspector()
@@ -152,15 +141,13 @@ def test_what_is_not_rendered_through_a_window_is_not_in_the_work_volume(world, 
 
 def test_the_settings_reach_the_parts(q_initial, track):
     world = WorldDiagram(
-        description=PUMA560,
-        q_initial=q_initial,
+        WorldConfig(arm=PUMA560, q_initial=q_initial, time_step=1.0 / 600.0),
         track=track,
         start=START,
-        body="dark",
+        motion=TrackConfig(speed=0.0),
+        train=TrainConfig(body="dark"),
         table_height=0.44,
-        speed=0.0,
         cameras=CamerasConfig(width=64, height=48),
-        time_step=1.0 / 600.0,
     )
     simulator, context = held(world, q_initial)
     assert world.GetOutputPort("camera_left").Eval(context).data.shape == (48, 64, 4)
