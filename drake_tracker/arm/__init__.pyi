@@ -1,3 +1,4 @@
+from .arm_clearance import ArmClearance as ArmClearance
 from .arm_diagram import ArmDiagram as ArmDiagram
 from .arm_model import ArmModel as ArmModel
 from .arm_model import make_arm_model as make_arm_model

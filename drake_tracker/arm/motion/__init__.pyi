@@ -13,3 +13,4 @@ from .tool_controller import TransformEquationSystem as TransformEquationSystem
 from .tool_controller import add_tool_controller as add_tool_controller
 from .tool_motion import MotionFrame as MotionFrame
 from .tool_motion import ToolMotion as ToolMotion
+from .tool_yaw import flip_speed as flip_speed

@@ -6,6 +6,7 @@ from .camera_system import add_late_cameras as add_late_cameras
 from .camera_system import add_renderer as add_renderer
 from .cameras import ImageSize as ImageSize
 from .cameras import camera_pose as camera_pose
+from .cameras import renderable_window as renderable_window
 from .cameras import true_camera_model as true_camera_model
 from .cameras import true_camera_models as true_camera_models
 from .faulty_cameras_system import add_faulty_cameras as add_faulty_cameras

@@ -11,7 +11,9 @@ from .objects_config import Train as Train
 from .plant import Laboratory as Laboratory
 from .plant import add_laboratory as add_laboratory
 from .plant import add_table as add_table
+from .plant import hide_table_frame as hide_table_frame
 from .plant import place_train as place_train
+from .plant import table_box as table_box
 from .rail_system import RailSystem as RailSystem
 from .rail_system import add_rail as add_rail
 from .track_visual import add_track_visual as add_track_visual
