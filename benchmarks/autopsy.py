@@ -15,12 +15,12 @@ import tempfile
 import time
 from pathlib import Path
 
-import common
-from autopsy_faults import FAULTS
-from autopsy_tables import faults_table, named_wrongly
-from common import append_results, print_table
+from methods.autopsy_faults import FAULTS
+from result_tables.autopsy_tables import faults_table, named_wrongly
+from shared import common
+from shared.common import append_results, print_table
+from shared.stored import read_lines
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log

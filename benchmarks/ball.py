@@ -15,10 +15,10 @@ import os
 import statistics
 from pathlib import Path
 
-import common
-from common import append_results, print_table, rms, share
+from shared import common
+from shared.common import append_results, print_table, rms, share
+from shared.stored import read_lines
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import run_line
 from drake_tracker.tasks import load_scenario
 

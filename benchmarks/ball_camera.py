@@ -19,12 +19,12 @@ import os
 import statistics
 from pathlib import Path
 
-import common
 import numpy as np
-from common import append_results, print_table, share
+from shared import common
+from shared.common import append_results, print_table, share
+from shared.stored import read_lines
 
 from drake_tracker.cameras.boards.board_poses import pose_error
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import run_line
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario

@@ -22,10 +22,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import rendered_images as rendered
-from ball_detector_tables import SPEEDS, both_tasks_table, conditions_table, short_table, speeds_table
-from common import print_table, save_json
-from detector_methods import (
+from methods.detector_methods import (
     AS_THE_PAPER,
     BACKGROUND,
     DEFAULT,
@@ -44,6 +41,9 @@ from detector_methods import (
     methods,
     sparser,
 )
+from result_tables.ball_detector_tables import SPEEDS, both_tasks_table, conditions_table, short_table, speeds_table
+from shared import rendered_images as rendered
+from shared.common import print_table, save_json
 
 from drake_tracker.vision.centroid.config import FrameDifference, NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector

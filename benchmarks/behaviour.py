@@ -8,8 +8,8 @@
 
 Each entry has a number and the record of one run in ``behaviour.json``: its settings, phases, pose at the touch,
 outcome, and means of its signals. Every row of the result files names the numbers of the entries that it ran
-(`behaviour_rows.py`). Where an entry differs from its record, the command exits with 1 until ``--update`` raises the
-number. The tables then mark the rows that rest on the earlier behaviour.
+(`shared/behaviour_rows.py`). Where an entry differs from its record, the command exits with 1 until ``--update`` raises
+the number. The tables then mark the rows that rest on the earlier behaviour.
 
 Runs on other processors differ by rounding: up to 3e-11 in a log of `train` (seed 3), and by one moving pixel in one
 image, with ``OPENBLAS_CORETYPE=Haswell``, ``LP_NATIVE_VECTOR_WIDTH=128``, and without AVX in NumPy and OpenCV. The
@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from behaviour_rows import RECORDS, behaviour_records, print_stale
+from shared.behaviour_rows import RECORDS, behaviour_records, print_stale
 
 WINDOW = 2.0
 """Time over which signals are averaged [s]."""

@@ -18,8 +18,8 @@ import time
 
 import cv2
 import numpy as np
-from common import print_table, save_json
-from rendered_images import train_sequence
+from shared.common import print_table, save_json
+from shared.rendered_images import train_sequence
 
 from drake_tracker import load_scenario
 from drake_tracker.core.timing import VISION_PERIOD

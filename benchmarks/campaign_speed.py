@@ -11,8 +11,8 @@ import argparse
 import os
 import time
 
-from common import print_table, save_json
-from speed_tables import campaigns_table
+from result_tables.speed_tables import campaigns_table
+from shared.common import print_table, save_json
 
 from drake_tracker import run_campaign
 

@@ -14,8 +14,8 @@ from collections import deque
 
 import cv2
 import numpy as np
-from common import print_table, save_json
-from speed_tables import methods_table
+from result_tables.speed_tables import methods_table
+from shared.common import print_table, save_json
 
 from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector

@@ -26,11 +26,10 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-import common
 import numpy as np
-import parts
-from conveyor_tables import TABLES
-from parts import Part, Timed
+from result_tables.conveyor_tables import TABLES
+from shared import common, parts
+from shared.parts import Part, Timed
 
 from drake_tracker import simulate
 from drake_tracker.campaign.rates import wilson

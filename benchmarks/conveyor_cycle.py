@@ -14,9 +14,9 @@ import argparse
 import tempfile
 from pathlib import Path
 
-import common
 import numpy as np
 from scipy.optimize import least_squares
+from shared import common
 
 from drake_tracker import load_scenario, simulate
 from drake_tracker.core.log import load_log

@@ -12,10 +12,10 @@ else.
 import tempfile
 from pathlib import Path
 
-import common
 import numpy as np
-import parts
-from parts import Part
+from methods.part_vision_errors import vision_errors
+from shared import common, parts
+from shared.parts import Part
 
 from drake_tracker import simulate
 from drake_tracker.core.log import load_log
@@ -23,7 +23,6 @@ from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.conveyor.setup import resolve
-from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 
 RESULTS = common.RESULTS / "conveyor_vision.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "conveyor_vision"

@@ -15,8 +15,8 @@ them have left the window.
 
 import argparse
 
-import common
 import numpy as np
+from shared import common
 
 from drake_tracker.dispatch import (
     DISPATCHERS,

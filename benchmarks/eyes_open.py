@@ -27,14 +27,13 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-import common
 import numpy as np
-import parts
-from eyes_open_measures import place_errors, relative_errors
-from eyes_open_tables import TABLES
-from parts import Part
+from methods.eyes_open_measures import place_errors, relative_errors
+from methods.several_worlds import lap_time
 from pydrake.systems.analysis import Simulator
-from several_worlds import lap_time
+from result_tables.eyes_open_tables import TABLES
+from shared import common, parts
+from shared.parts import Part
 
 from drake_tracker import make_diagram, simulate
 from drake_tracker.campaign.rates import wilson

@@ -17,11 +17,11 @@ import tempfile
 import time
 from pathlib import Path
 
-import common
-from common import append_results, print_table
-from fault_tables import DURATION, FAULTS, bad_runs, draw, faults_table, is_good, is_safe
+from result_tables.fault_tables import DURATION, FAULTS, bad_runs, draw, faults_table, is_good, is_safe
+from shared import common
+from shared.common import append_results, print_table
+from shared.stored import read_lines
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log

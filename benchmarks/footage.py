@@ -5,24 +5,24 @@
     python benchmarks/footage.py --part speed  images per second of the whole command, on a quiet machine
     python benchmarks/footage.py --quick       a trial on seeds of its own; nothing is written to the results
 
-**accuracy**: the clips are drawn (`footage_clips.py`), so that the true centre of every object is known. `track` gets
-the pixel of the object in the first image (beside the larger mover, ``--follow``) or nothing; CSRT, KCF, MIL and median
-flow the true rectangle in the first image; MOG2 nothing: the centroid of its largest contour. Each describes every
-image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and 10 px.
-CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
+**accuracy**: the clips are drawn (`footage_parts/clips.py`), so that the true centre of every object is known. `track`
+gets the pixel of the object in the first image (beside the larger mover, ``--follow``) or nothing; CSRT, KCF, MIL and
+median flow the true rectangle in the first image; MOG2 nothing: the centroid of its largest contour. Each describes
+every image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and
+10 px. CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
 
-**photographs**: the same before photographs, where scikit-image is installed (`footage_photographs.py`).
+**photographs**: the same before photographs, where scikit-image is installed (`footage_parts/photographs.py`).
 
-**files**: the same clip in other containers and codecs, turned, with dropped images (`footage_files.py`).
+**files**: the same clip in other containers and codecs, turned, with dropped images (`footage_parts/files.py`).
 
-**fast**: a small fast ball beside a large slow mover, and in front of it, with ``--follow`` (`footage_fast.py`).
+**fast**: a small fast ball beside a large slow mover, and in front of it, with ``--follow`` (`footage_parts/fast.py`).
 
-**hidden**: an object that passes behind a pillar (`footage_hidden.py`).
+**hidden**: an object that passes behind a pillar (`footage_parts/hidden.py`).
 
-**person**: the share of filtered points of a walking figure (`footage_person.py`).
+**person**: the share of filtered points of a walking figure (`footage_parts/person.py`).
 
-**several**: two objects that two calibrated cameras see (`footage_several.py`): identities, and errors of the points in
-space. A point is wrong when it is farther from every object than half of its diameter.
+**several**: two objects that two calibrated cameras see (`footage_parts/several.py`): identities, and errors of the
+points in space. A point is wrong when it is farther from every object than half of its diameter.
 
 Seeds 7640 to 7679 are used nowhere else.
 """
@@ -34,20 +34,19 @@ import time
 from pathlib import Path
 
 import av
-import common
 import cv2
-import footage_fast
-import footage_files
-import footage_hidden
-import footage_person
-import footage_photographs
-import footage_several
-import footage_stereo
 import numpy as np
-import parts
-from footage_clips import KINDS, RATE, make_clip
-from footage_tables import DECODING, TABLES
-from parts import Part, Timed
+from footage_parts import fast as footage_fast
+from footage_parts import files as footage_files
+from footage_parts import hidden as footage_hidden
+from footage_parts import person as footage_person
+from footage_parts import photographs as footage_photographs
+from footage_parts import several as footage_several
+from footage_parts import stereo as footage_stereo
+from footage_parts.clips import KINDS, RATE, make_clip
+from result_tables.footage_tables import DECODING, TABLES
+from shared import common, parts
+from shared.parts import Part, Timed
 
 import drake_tracker
 from drake_tracker.campaign.rates import wilson

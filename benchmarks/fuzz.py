@@ -30,8 +30,8 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-import common
-from fuzz_table import table
+from result_tables.fuzz_table import table
+from shared import common
 
 from drake_tracker.core.files.atomic_file import write_text
 
@@ -68,8 +68,8 @@ def kind_of(number, seed):
 
 def run_case(number, seed, scratch):
     """Runs a case. Returns (what is wrong, or None; whether the input was used and not refused)."""
-    import fuzz_files
-    import fuzz_packets
+    from fuzz_parts import files as fuzz_files
+    from fuzz_parts import packets as fuzz_packets
 
     kind, generator = kind_of(number, seed)
     folder = scratch / str(number)
@@ -97,8 +97,8 @@ def start_worker(scratch):
     scratch.mkdir()
     os.chdir(scratch)
     sys.path.insert(0, "")
-    import fuzz_files
-    import fuzz_packets
+    from fuzz_parts import files as fuzz_files
+    from fuzz_parts import packets as fuzz_packets
 
     fuzz_files.prepare(scratch)
     fuzz_packets.prepare()

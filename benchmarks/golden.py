@@ -7,9 +7,9 @@
 Each case is a short sequence of commands with fixed seeds. It runs once with the files of the working tree, which are
 copied at the start, so that you may go on editing, and once with those of the revision: a git worktree in a temporary
 folder, with an environment of its own if it pins other packages. Both must have the same exit codes and leave the same
-signals, summaries, tables, settings and calibrations, bit for bit, except for `golden_files.VOLATILE`. Names that have
-changed since the revision are translated with `golden_names.RENAMES`. A case is new if the revision does not have what
-it runs.
+signals, summaries, tables, settings and calibrations, bit for bit, except for `golden_parts.files.VOLATILE`. Names that
+have changed since the revision are translated with `golden_parts.names.RENAMES`. A case is new if the revision does not
+have what it runs.
 
 The exit code is 0 if all cases are equal or new, 1 if one differs or fails, and 2 for bad input.
 """
@@ -25,10 +25,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
 from pathlib import Path
 
-from golden_cases import make_cases, needs_inputs, write_inputs
-from golden_files import Difference, compare_folders
-from golden_names import RENAMES, Names, applicable
-from golden_sides import (
+from golden_parts.cases import make_cases, needs_inputs, write_inputs
+from golden_parts.files import Difference, compare_folders
+from golden_parts.names import RENAMES, Names, applicable
+from golden_parts.sides import (
     ROOT,
     Children,
     Side,

@@ -16,11 +16,11 @@ import argparse
 import os
 from pathlib import Path
 
-import common
-from common import append_results, interval, print_table
+from shared import common
+from shared.common import append_results, interval, print_table
+from shared.stored import read_lines
 from train_grasp import ESTIMATORS, outcome, run_one
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import Lost
 
 LAGS = (0, 6, 12, 15, 24, 30)

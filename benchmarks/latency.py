@@ -12,8 +12,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from common import print_table, save_json
-from latency_tables import TABLES
+from result_tables.latency_tables import TABLES
+from shared.common import print_table, save_json
 
 from drake_tracker.cameras.latency.light import LONGEST, SHORTEST, switch_bounds
 from drake_tracker.cameras.latency.measurement import estimate_latency, measure_by_code

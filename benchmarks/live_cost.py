@@ -20,8 +20,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
-from common import print_table, save_json
-from speed_tables import watchers_table
+from result_tables.speed_tables import watchers_table
+from shared.common import print_table, save_json
 
 from drake_tracker import load_scenario, simulate
 from drake_tracker.live.view import LiveView

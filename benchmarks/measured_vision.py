@@ -14,11 +14,11 @@ import statistics
 import time
 from pathlib import Path
 
-import common
-from common import append_results, print_table, save_json
+from shared import common
+from shared.common import append_results, print_table, save_json
+from shared.stored import read_lines
 from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.campaign.rates import wilson
 

@@ -33,14 +33,14 @@ import time
 from pathlib import Path
 
 import numpy as np
-from common import print_table, save_json
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import ImageRgba8U
-from speed_tables import loops_table, stages_table
+from result_tables.speed_tables import loops_table, stages_table
+from shared.common import print_table, save_json
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.arm_model import make_arm_model

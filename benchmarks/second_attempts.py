@@ -14,11 +14,11 @@ import os
 import tempfile
 from pathlib import Path
 
-import common
-from common import append_results, print_table
-from second_attempt_tables import PROVOCATIONS, describe, second_attempts_table
+from result_tables.second_attempt_tables import PROVOCATIONS, describe, second_attempts_table
+from shared import common
+from shared.common import append_results, print_table
+from shared.stored import read_lines
 
-from drake_tracker.campaign.directory import read_lines
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log

@@ -28,15 +28,14 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-import common
 import numpy as np
-import parts
-import several_measures as measures
-from parts import Part, Timed, summed
-from several_cost import cost_of_loop, cost_of_vision
-from several_tables import TABLES
-from several_worlds import SEVERAL as ONLY_SEVERAL
-from several_worlds import follow, lap_time, train_lengths, watch
+from methods import several_measures as measures
+from methods.several_cost import cost_of_loop, cost_of_vision
+from methods.several_worlds import SEVERAL as ONLY_SEVERAL
+from methods.several_worlds import follow, lap_time, train_lengths, watch
+from result_tables.several_tables import TABLES
+from shared import common, parts
+from shared.parts import Part, Timed, summed
 
 from drake_tracker.campaign.plan import run_line
 from drake_tracker.campaign.rates import wilson

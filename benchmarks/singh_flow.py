@@ -29,10 +29,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import rendered_images as rendered
-from common import print_table, save_json
+from methods.singh_method import centroid, conservation, moving_probability, neighbourhood
 from scipy.stats import spearmanr
-from singh_method import centroid, conservation, moving_probability, neighbourhood
+from shared import rendered_images as rendered
+from shared.common import print_table, save_json
 
 from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector

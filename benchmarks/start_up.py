@@ -19,8 +19,8 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-from common import print_table, save_json
-from speed_tables import start_up_table
+from result_tables.speed_tables import start_up_table
+from shared.common import print_table, save_json
 
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate

@@ -27,8 +27,9 @@ import time
 from pathlib import Path
 
 import av
-import common
 import cv2
+from shared import common
+from shared.stored import record
 
 from drake_tracker.campaign.directory import Record, read_lines
 from drake_tracker.core.errors import DrakeTrackerError
@@ -213,8 +214,8 @@ def main():
     ]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     os.environ |= {"LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    with Record(options.results) as record, tempfile.TemporaryDirectory() as scratch:
-        done = {(row["number"], row["seed"]) for row in record.rows}
+    with record(options.results) as opened, tempfile.TemporaryDirectory() as scratch:
+        done = {(row["number"], row["seed"]) for row in opened.rows}
         missing = [job for job in jobs if job[:2] not in done]
         references = {}
         for name in dict.fromkeys(("run", *(job[2] for job in missing))):
@@ -229,10 +230,10 @@ def main():
             folder.mkdir()
             (folder / RECORDED).symlink_to(Path(scratch, "run", "out"))
             result = terminate(job, references[job[2]], folder)
-            record.append({**result, "package_versions": package_versions(), "git_commit": git_commit()})
+            opened.append({**result, "package_versions": package_versions(), "git_commit": git_commit()})
             said = "; ".join(result["problems"]) or "read"
             print(f"{job[0]}: {job[2]}, {job[3]}: exit code {result['exit_code']}, {said}", file=sys.stderr, flush=True)
-        rows = [row for row in record.rows if (row["number"], row["seed"]) in {job[:2] for job in jobs}]
+        rows = [row for row in opened.rows if (row["number"], row["seed"]) in {job[:2] for job in jobs}]
     common.print_table(*table(rows))
 
 

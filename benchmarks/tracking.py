@@ -12,11 +12,11 @@ import argparse
 import time
 
 import numpy as np
-from common import print_table, save_json
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
+from result_tables.tracking_tables import HEADING_BINS, bias_table, laps_table, last_against_second
 from scipy import stats
-from tracking_tables import HEADING_BINS, bias_table, laps_table, last_against_second
+from shared.common import print_table, save_json
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560

@@ -20,7 +20,7 @@ from pydrake.systems.analysis import Simulator
 DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS.parent / "benchmarks")]
 
-from several_worlds import SEVERAL, WatchingDiagram, watch  # noqa: E402
+from methods.several_worlds import SEVERAL, WatchingDiagram, watch  # noqa: E402
 
 from drake_tracker import load_scenario  # noqa: E402
 from drake_tracker.core.timing import VISION_PERIOD  # noqa: E402

@@ -7,8 +7,8 @@ from copy import deepcopy
 from pathlib import Path
 
 import behaviour
-import behaviour_rows
 import pytest
+from shared import behaviour_rows
 
 from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import list_scenarios, load_scenario

@@ -259,7 +259,7 @@ def test_scripts_named_exist_and_know_their_options(path):
         script, *arguments = shlex.split(line)
         source = text_of(REPOSITORY / script)
         if "parts.main(" in source:
-            source += text_of(REPOSITORY / "benchmarks" / "parts.py")
+            source += text_of(REPOSITORY / "benchmarks" / "shared" / "parts.py")
         for option in (argument for argument in arguments if argument.startswith("--")):
             assert f'"{option}"' in source, f"{script} has no {option}"
 

@@ -5,9 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from golden_cases import make_cases, needs_inputs
-from golden_files import compare_array, compare_arrays, compare_folders, compare_tables, is_volatile, leaves, read_table
-from golden_names import KINDS, RENAMES, Names, Rename, applicable
+from golden_parts.cases import make_cases, needs_inputs
+from golden_parts.files import (
+    compare_array,
+    compare_arrays,
+    compare_folders,
+    compare_tables,
+    is_volatile,
+    leaves,
+    read_table,
+)
+from golden_parts.names import KINDS, RENAMES, Names, Rename, applicable
 
 from drake_tracker.tasks import list_scenarios
 

@@ -27,17 +27,16 @@ from pathlib import Path
 
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))  # what all benchmarks share
 
-from common import append_results
 from contestants import BASELINES, OURS, SHARP_BASELINES, SINGLE, read_parameters
 from measure import run_cell
+from shared.common import append_results
+from shared.stored import read_lines
 from speed import update_times
 from tables import cells_of, merged, print_rows, table_rows
 from train_grasp import RESULTS as GRASPS
 from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SHARP, SPEED_LAWS
-
-from drake_tracker.campaign.directory import read_lines
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE.parent / "results" / "estimation.jsonl"

@@ -1,6 +1,6 @@
 """Faults that the autopsy of a failed run names (`results/autopsy.jsonl`)."""
 
-import autopsy_tables as benchmark
+from result_tables import autopsy_tables as benchmark
 
 from tables.results import block, lines, of, origin, table
 

@@ -6,9 +6,9 @@ import statistics
 
 import ball as benchmark
 import ball_camera as camera
-import ball_detector_tables as detectors
 from ball_detectors import IN_SHORT
-from detector_methods import DEFAULT, FLOW_LITERAL, MOG2
+from methods.detector_methods import DEFAULT, FLOW_LITERAL, MOG2
+from result_tables import ball_detector_tables as detectors
 
 from tables.results import block, commit_of, data, lines, listed, of, origin, ranges, table, where
 

@@ -1,7 +1,7 @@
 """The conveyor (`results/conveyor.json`), one block for each part of the benchmark."""
 
-import conveyor_tables as benchmark
 import conveyor_vision as vision
+from result_tables import conveyor_tables as benchmark
 
 from tables.results import part
 

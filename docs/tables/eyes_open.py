@@ -1,6 +1,6 @@
 """Vision until contact (`results/eyes_open.json`), one block for each part of the benchmark."""
 
-import eyes_open_tables as benchmark
+from result_tables import eyes_open_tables as benchmark
 
 from tables.results import part
 

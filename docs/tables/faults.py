@@ -1,7 +1,7 @@
 """Runs under injected faults, and second attempts (`results/faults.jsonl`, `results/second_attempts.jsonl`)."""
 
-import fault_tables as benchmark
-import second_attempt_tables as second
+from result_tables import fault_tables as benchmark
+from result_tables import second_attempt_tables as second
 
 from tables.results import block, lines, of, origin, table
 

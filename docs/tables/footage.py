@@ -1,6 +1,6 @@
 """Tracks in image coordinates on drawn clips, and of files (`results/footage.json`)."""
 
-import footage_tables as benchmark
+from result_tables import footage_tables as benchmark
 
 from tables.results import part
 

@@ -1,7 +1,7 @@
 """Damaged input (`results/fuzz.json`)."""
 
-import fuzz_table as benchmark
-from common import RESULTS
+from result_tables import fuzz_table as benchmark
+from shared.common import RESULTS
 
 from tables.results import block, commit_of, data, table
 

@@ -3,9 +3,9 @@
 import statistics
 from collections import Counter
 
-from autopsy_tables import totals
 from ball import lags
-from common import interval
+from result_tables.autopsy_tables import totals
+from shared.common import interval
 from train_grasp import (
     BY_NAME,
     CELLS,

@@ -1,6 +1,6 @@
 """The latency of cameras on synthetic photographs (`results/latency.json`)."""
 
-import latency_tables as benchmark
+from result_tables import latency_tables as benchmark
 
 from tables.results import part
 

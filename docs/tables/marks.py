@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable
 from functools import cache, wraps
 
-from behaviour_rows import is_current, other_behaviours, results_of
-from common import RESULTS
+from shared.behaviour_rows import is_current, other_behaviours, results_of
+from shared.stored import result_files
 
 from tables import results
 from tables.results import Row, listed
@@ -63,5 +63,4 @@ def marked(text: str, rows: list[Row]) -> str:
 @cache
 def _results(name: str) -> list[Row]:
     """Returns the results of a file NAME.jsonl or NAME.json."""
-    paths = [RESULTS / f"{name}{suffix}" for suffix in (".jsonl", ".json")]
-    return results_of(next(path for path in paths if path.exists()))
+    return results_of(next(path for path in result_files() if path.stem == name))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from common import RESULTS
+from shared import stored
 
 from tables.results import Row, ranges, sidecar, table
 
@@ -71,9 +71,7 @@ def origin_of(path: Path) -> Origin:
 def result_files() -> str:
     """Returns tables of all result files and of the package versions."""
     rows, notes, used = [], [], {}
-    for path in sorted([*RESULTS.glob("*.json"), *RESULTS.glob("*.jsonl")]):
-        if path.name.endswith(".meta.json"):
-            continue
+    for path in stored.result_files():
         found = origin_of(path)
         mark = ""
         if found.note:
@@ -102,10 +100,9 @@ def result_files() -> str:
 @cache
 def _parts(path: Path) -> list[Row]:
     """Returns what may name an origin: the lines of a JSONL file, the makers of a JSON file."""
-    text = path.read_text(encoding="utf-8")
     if path.suffix == ".jsonl":
-        return [json.loads(line) for line in text.splitlines()]
-    found = json.loads(text)
+        return stored.read_lines(path)
+    found = json.loads(stored.read_text(path))
     if isinstance(found, list):
         return [{**part, **part.get("made_by", {})} for part in found]
     made_by = found.get("made_by", {})

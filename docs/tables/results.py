@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from common import RESULTS, interval, markdown_table
+from shared.common import RESULTS, interval, markdown_table
+from shared.stored import read_lines
 
 Row = dict[str, Any]
 
@@ -54,8 +55,7 @@ def data(name: str) -> Any:
 
 @cache
 def _lines(name: str) -> list[Row]:
-    text = (RESULTS / f"{name}.jsonl").read_text(encoding="utf-8")
-    return [json.loads(line) for line in text.splitlines()]
+    return read_lines(RESULTS / f"{name}.jsonl")
 
 
 @cache

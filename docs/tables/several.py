@@ -1,6 +1,6 @@
 """The vision that tracks several objects (`results/several.json`), one block for each part of the benchmark."""
 
-import several_tables as benchmark
+from result_tables import several_tables as benchmark
 
 from tables.results import part
 

@@ -1,6 +1,6 @@
 """Computing time (`results/real_time.json` and others)."""
 
-import speed_tables as benchmark
+from result_tables import speed_tables as benchmark
 
 from tables.results import block, data, sidecar, table
 

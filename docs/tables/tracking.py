@@ -1,6 +1,6 @@
 """Tracking lap after lap (`results/tracking_arc_length.json`)."""
 
-import tracking_tables as benchmark
+from result_tables import tracking_tables as benchmark
 
 from tables.results import block, data, sidecar, table
 

@@ -3,8 +3,8 @@
 
 import numpy as np
 import yaml
-from common import RESULTS, interval
 from measured_vision import PLAIN, cells_table, compare, key_of
+from shared.common import RESULTS, interval
 from singh_flow import NORMAL_HULL, methods_table
 
 from tables.results import Row, block, commit_of, data, lines, origin, ranges, seeds_between, table, where

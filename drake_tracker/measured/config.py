@@ -29,7 +29,7 @@ class SeveralObjects:
 class MeasuredParts:
     """Vision of the parts on a belt without images: their true poses plus random errors.
 
-    The defaults are the errors of the vision with cameras (`tasks.conveyor.vision_errors`), on seeds 5 and 21 to 24.
+    The defaults are the errors of the vision with cameras (`benchmarks/methods/part_vision_errors.py`), on seeds 5 and 21 to 24.
     """
 
     noise_std: ClassVar[float] = 0.0003

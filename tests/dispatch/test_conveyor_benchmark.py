@@ -2,8 +2,8 @@
 
 import conveyor
 import numpy as np
-import parts
 import pytest
+from shared import parts
 
 from drake_tracker.core.log import Signal
 from drake_tracker.world.conveyor.conveyor_config import BeltConfig

@@ -1,8 +1,8 @@
 """The benchmark of the conveyor's cameras: its scenarios can be loaded, and its lines become a table."""
 
 import conveyor_vision as benchmark
-import parts
 import pytest
+from shared import parts
 
 from drake_tracker.tasks import load_scenario
 

@@ -1,5 +1,6 @@
 """Documents and result files say the same, and every result file names its origin."""
 
+import gzip
 import json
 import re
 import subprocess
@@ -53,7 +54,8 @@ def test_every_block_is_on_a_page_and_every_page_is_in_the_contents():
 
 
 def result_files():
-    return [path for path in sorted(RESULTS.glob("*.json*")) if not path.name.endswith(".meta.json")]
+    names = {path.name.removesuffix(".gz") for path in RESULTS.glob("*.json*")}
+    return [RESULTS / name for name in sorted(names) if not name.endswith(".meta.json")]
 
 
 def test_every_result_file_names_commit_seeds_versions_and_command():
@@ -63,7 +65,7 @@ def test_every_result_file_names_commit_seeds_versions_and_command():
 
 @pytest.mark.parametrize("missing", ["git_commit", "seed", "package_versions"])
 def test_a_line_without_its_origin_is_refused(missing, tmp_path):
-    line = json.loads((RESULTS / "ball.jsonl").read_text(encoding="utf-8").splitlines()[0])
+    line = json.loads(gzip.decompress((RESULTS / "ball.jsonl.gz").read_bytes()).splitlines()[0])
     del line[missing]
     (tmp_path / "made_up.jsonl").write_text(json.dumps(line) + "\n", encoding="utf-8")
     check = run("-c", ORIGIN, str(tmp_path / "made_up.jsonl"))
@@ -74,7 +76,7 @@ def test_a_line_without_its_origin_is_refused(missing, tmp_path):
 def test_new_results_carry_their_origin(tmp_path):
     code = (
         "import sys; sys.path.insert(0, 'benchmarks')\n"
-        "from common import save_json\n"
+        "from shared.common import save_json\n"
         f"save_json({{'time': 1.0}}, {str(tmp_path / 'one.json')!r}, [3])\n"
         f"save_json([{{'time': 1.0}}], {str(tmp_path / 'several.json')!r}, [3])\n"
     )
@@ -97,8 +99,8 @@ def test_no_line_of_a_page_is_taken_for_a_comment():
 
 def result_lines():
     """Yields (file name, line number, row) of every published run of an arm."""
-    for path in RESULTS.glob("*.jsonl"):
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for path in RESULTS.glob("*.jsonl.gz"):
+        for number, line in enumerate(gzip.decompress(path.read_bytes()).splitlines(), 1):
             row = json.loads(line)
             if row.get("speed_share") is not None:
                 yield path.name, number, row

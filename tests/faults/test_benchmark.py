@@ -1,8 +1,8 @@
 """The benchmark of the faults: what it injects can be loaded, and its verdict on a run."""
 
-import fault_tables
 import pytest
-from fault_tables import FAULTS, faults_table, is_good
+from result_tables import fault_tables
+from result_tables.fault_tables import FAULTS, faults_table, is_good
 
 from drake_tracker import load_scenario
 from drake_tracker.faults.kinds import FAULTS as KINDS

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from methods.part_vision_errors import vision_errors
 
 from drake_tracker import load_scenario, simulate
 from drake_tracker.core.errors import DrakeTrackerError
@@ -14,7 +15,6 @@ from drake_tracker.replay.recording import open_recording
 from drake_tracker.replay.replay import replay_run
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.conveyor.setup import resolve
-from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.conveyor.part_fates import PartFate

@@ -3,12 +3,12 @@
 import json
 
 import numpy as np
-import parts
 import pytest
 import several
-import several_measures as measures
-import several_tables
-from several_worlds import Record, lap_time, train_lengths
+from methods import several_measures as measures
+from methods.several_worlds import Record, lap_time, train_lengths
+from result_tables import several_tables
+from shared import parts
 
 from drake_tracker.tasks import load_scenario
 

@@ -18,6 +18,5 @@ from .setup import ConveyorSetup as ConveyorSetup
 from .setup import resolve as resolve
 from .summary import summarise_conveyor as summarise_conveyor
 from .task import ConveyorTask as ConveyorTask
-from .vision_errors import vision_errors as vision_errors
 from .windows import clairvoyant_picks as clairvoyant_picks
 from .windows import could_be_picked as could_be_picked

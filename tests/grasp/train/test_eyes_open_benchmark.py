@@ -1,10 +1,10 @@
 """The benchmark of vision until contact: its scenarios can be loaded, and its lines become tables."""
 
 import eyes_open
-import eyes_open_measures as measures
 import numpy as np
-import parts
 import pytest
+from methods import eyes_open_measures as measures
+from shared import parts
 
 from drake_tracker.core.log import Signal
 from drake_tracker.grasp.train.schema import Phase

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from autopsy_faults import FAULTS, Smoothed, Straightened
+from methods.autopsy_faults import FAULTS, Smoothed, Straightened
 
 from drake_tracker.estimation import make_estimator
 from drake_tracker.report.failure_diagnosis.stages import Stage

@@ -1,10 +1,10 @@
-"""Arithmetic of the experiment with Singh's image flow (benchmarks/singh_method.py)."""
+"""Arithmetic of the experiment with Singh's image flow (benchmarks/methods/singh_method.py)."""
 
 import cv2
 import numpy as np
 import pytest
+from methods.singh_method import Flow, centroid, conservation, moving_probability, neighbourhood
 from singh_flow import without_bias
-from singh_method import Flow, centroid, conservation, moving_probability, neighbourhood
 
 RNG = np.random.default_rng(1990)
 INNER = np.s_[12:-12, 12:-12]
