@@ -1,30 +1,21 @@
 """An estimator that notices bounces within two or three points.
 
 A filter of smooth paths takes the points after a bounce for outliers, or for a sharp bend, and leaves them for several
-images. This estimator wraps such a filter, as `drake_tracker.estimation.sudden_change` does for changes of speed. It
-keeps the newest points, and the states of the filter after each of them. When the points leave the motion that was
-expected from the oldest of these states as after a bounce (`drake_tracker.estimation.parts.bounce`), the filter
-starts again with the points since the bounce. With two such points the filter that ignored them is still kept, in case
-both were outliers; with three it is given up. As in the coordinated-turn filter, only the horizontal motion counts: the
-height is filtered apart, and is not expected to bounce.
+images. This estimator wraps such a filter (`estimation/replay_window.py`). When the points leave the motion that was
+expected as after a bounce (`estimation/parts/bounce.py`), the filter starts again with the points since the bounce.
+With two such points the filter that ignored them is still kept, in case both were outliers; with three it is given up.
+As in the coordinated-turn filter, only the horizontal motion counts: the height is filtered apart, and is not expected
+to bounce.
 """
 
-from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from dataclasses import replace
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.estimator import Estimator, EstimatorState, LimitedNoise
 from drake_tracker.estimation.parts.bounce import LARGEST_MISFIT, Bounce, most_likely_bounce
-from drake_tracker.estimation.sudden_change import (
-    LONGEST_WINDOW,
-    MARGIN,
-    USUAL,
-    WINDOW,
-    RecentPoint,
-    updated_usual,
-)
+from drake_tracker.estimation.replay_window import MARGIN, RecentPoint, ReplayEstimator, ReplayState, updated_usual
 
 MEMORY = 1.0
 """Time constant of the usual evidence [s]: a track of a real camera may last a few seconds only."""
@@ -56,120 +47,48 @@ class RestartingEstimator(Estimator[State], Protocol[State]):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class BouncingState(FrozenState):
-    """State of a `BouncingEstimator`.
-
-    Attributes:
-        calm: state of the filter that knows of no bounce in the window.
-        bounced: state of the filter that knows of it, None without a bounce.
-        recent: the newest points, oldest first. The first one is not tested: the others are expected from its state.
-        usual: usual value of the evidence for a bounce while there is none.
-    """
-
-    calm: Any
-    bounced: Any = None
-    recent: tuple[RecentPoint, ...] = ()
-    usual: float = USUAL
-
-    @property
-    def stamp(self) -> float:
-        """Capture time of the newest point [s]."""
-        return float(self.calm.stamp)
-
-    @property
-    def present(self) -> Any:
-        """State of the filter that predicts."""
-        return self.calm if self.bounced is None else self.bounced
-
-
-class BouncingEstimator(Generic[State]):
+class BouncingEstimator(ReplayEstimator[RestartingEstimator[Any]]):
     """An `Estimator` that makes another one notice bounces.
 
     Args:
         estimator: the other one.
     """
 
-    def __init__(self, estimator: RestartingEstimator[State]) -> None:
-        self._estimator = estimator
+    def __init__(self, estimator: RestartingEstimator[Any]) -> None:
+        super().__init__(estimator)
         self._limited = estimator.with_noise_below if isinstance(estimator, LimitedNoise) else None
 
-    def initial_state(self) -> BouncingState:
-        """Returns the state before the first point."""
-        return BouncingState(self._estimator.initial_state())
-
-    def ready(self, state: BouncingState) -> bool:
-        """Returns whether there is enough data for a prediction."""
-        return self._estimator.ready(state.present)
-
-    def update(self, state: BouncingState, stamp: float, p_WQ: np.ndarray | None) -> BouncingState:
-        """Returns the state after a point. A point that the wrapped estimator does not use leaves it as it is.
-
-        Args:
-            state: the state before.
-            stamp: capture time of the point [s].
-            p_WQ: the point, shape (3,), in W [m].
-        """
-        calm = self._estimator.update(state.calm, stamp, p_WQ)
-        if calm is state.calm or p_WQ is None:
-            return state
-        newest = RecentPoint(calm.stamp, read_only(np.array(p_WQ, dtype=float)), calm)
-        kept = [recent for recent in state.recent[-WINDOW:] if newest.stamp - recent.stamp <= LONGEST_WINDOW]
-        if not kept:
-            recent = (newest,) if self._estimator.ready(calm) else ()
-            return BouncingState(calm, recent=recent, usual=state.usual)
-        state = replace(state, calm=calm, bounced=None, recent=(*kept, newest))
-        bounce = self._most_likely_bounce(state)
+    def noticed(self, state: ReplayState, calm: Any, recent: tuple[RecentPoint, ...]) -> ReplayState:
+        """Returns the state after a point, with the bounce that the newest points show."""
+        if len(recent) == 1:
+            return ReplayState(calm, recent=recent if self._estimator.ready(calm) else (), usual=state.usual)
+        state = replace(state, calm=calm, changed=None, recent=recent)
+        times, _, away = self._expected(recent)
+        bounce = most_likely_bounce(times, away)
         if bounce is None:
             return state
         if not (is_noticed(bounce, state.usual) and (bounce.after >= SURE_AFTER or self._is_slower(state, bounce))):
             state = replace(state, usual=updated_usual(state, bounce.evidence, MEMORY))
             return state if self._estimator.ready(calm) else replace(state, recent=())
-        last = state.recent[-bounce.after - 1]
-        rows = np.array([(recent.stamp, *recent.point) for recent in state.recent[-bounce.after :]])
-        bounced = self._estimator.restarted(last.state, rows)
+        rows = np.array([(each.stamp, *each.point) for each in recent[-bounce.after :]])
+        bounced = self._estimator.restarted(recent[-bounce.after - 1].state, rows)
         if bounce.after < SURE_AFTER:
-            return replace(state, bounced=bounced)
-        return BouncingState(bounced, None, (replace(newest, state=bounced),), state.usual)
+            return replace(state, changed=bounced)
+        return ReplayState(bounced, None, (replace(recent[-1], state=bounced),), state.usual)
 
-    def _most_likely_bounce(self, state: BouncingState) -> Bounce | None:
-        """Returns the most likely bounce in the window, None if there are too few points."""
-        base, *tested = state.recent
-        stamps = np.array([recent.stamp for recent in tested])
-        expected = self._estimator.predict(base.state, stamps)
-        return most_likely_bounce(stamps - base.stamp, np.array([each.point[:2] for each in tested]) - expected[:, :2])
-
-    def _is_slower(self, state: BouncingState, bounce: Bounce) -> bool:
+    def _is_slower(self, state: ReplayState, bounce: Bounce) -> bool:
         """Returns whether an object is not much faster after a bounce than before."""
         base, last = state.recent[0], state.recent[-1].stamp
         there = self._estimator.predict(base.state, np.array([base.stamp, last]))[:, :2]
         before = (there[1] - there[0]) / (last - base.stamp)
         return float(np.linalg.norm(before + bounce.gain)) <= FASTER * float(np.linalg.norm(before))
 
-    def with_noise_below(self, state: BouncingState, sigma: float) -> BouncingState:
+    def with_noise_below(self, state: ReplayState, sigma: float) -> ReplayState:
         """Returns a state that assumes at most a noise ``sigma`` per axis [m], if the wrapped estimator can."""
         if self._limited is None:
             return state
-        bounced = None if state.bounced is None else self._limited(state.bounced, sigma)
-        return replace(state, calm=self._limited(state.calm, sigma), bounced=bounced)
-
-    def predict(self, state: BouncingState, times: np.ndarray) -> np.ndarray:
-        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
-        return self._estimator.predict(state.present, times)
-
-    def predict_std(self, state: BouncingState, times: np.ndarray) -> np.ndarray:
-        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it.
-
-        Args:
-            state: the state to predict from.
-            times: absolute times, shape (n,) [s].
-        """
-        return self._estimator.predict_std(state.present, times)
+        changed = None if state.changed is None else self._limited(state.changed, sigma)
+        return replace(state, calm=self._limited(state.calm, sigma), changed=changed)
 
 
 def is_noticed(bounce: Bounce, usual: float) -> bool:

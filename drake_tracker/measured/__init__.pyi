@@ -1,1 +1,1 @@
-from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram
+from .measured_vision_diagram import MeasuredVisionDiagram as MeasuredVisionDiagram

@@ -29,7 +29,8 @@ class SeveralObjects:
 class MeasuredParts:
     """Vision of the parts on a belt without images: their true poses plus random errors.
 
-    The defaults are the errors of the vision with cameras (`benchmarks/methods/part_vision_errors.py`), on seeds 5 and 21 to 24.
+    The defaults are the errors of the vision with cameras on seeds 5 and 21 to 24
+    (`benchmarks/methods/part_vision_errors.py`).
     """
 
     noise_std: ClassVar[float] = 0.0003

@@ -1,10 +1,9 @@
-"""The stand-in for cameras that see the parts on a belt: their true poses plus a random error, late."""
+"""The stand-in for cameras that see the parts on a belt: their true poses plus a random error."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows, message_size
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
@@ -113,32 +112,3 @@ def _upright(states: np.ndarray) -> np.ndarray:
     """Returns the cosine of the tilt of free bodies, shape (...), for their 13 numbers, shape (..., 13)."""
     square = states[..., :4] ** 2
     return (square[..., 0] + square[..., 3] - square[..., 1] - square[..., 2]) / square.sum(axis=-1)
-
-
-class MeasuredPartsDiagram(Diagram):
-    """Takes the place of the cameras of the conveyor: `MeasuredPartsSystem`, some cycles late.
-
-    .. pydrake_system::
-
-        name: MeasuredPartsDiagram
-        input_ports:
-        - truth_part_states
-        output_ports:
-        - parts
-
-    Args:
-        system: sees the parts.
-        lag_cycles: cycles from capture to output, 0 or more.
-        period: of a cycle [s].
-    """
-
-    def __init__(self, system: MeasuredPartsSystem, lag_cycles: int, *, period: float = VISION_PERIOD) -> None:
-        super().__init__()
-        self.set_name("vision")
-        builder = DiagramBuilder()
-        builder.AddNamedSystem("measured_parts", system)
-        lag = builder.AddNamedSystem("lag", DiscreteTimeDelay(period, lag_cycles, message_size(PartTracks)))
-        builder.ExportInput(system.GetInputPort(PARTS_PORT), PARTS_PORT)
-        builder.Connect(system.GetOutputPort("parts"), lag.get_input_port())
-        builder.ExportOutput(lag.get_output_port(), "parts")
-        builder.BuildInto(self)

@@ -10,7 +10,8 @@ from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS, PartTracks, mes
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.measured.config import MeasuredParts
-from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 
 VIEW = np.array([[0.48, -0.45], [0.72, 0.50]])
 EXACT = variant(MeasuredParts, noise_std=0.0, bias_std=0.0, turn_noise_std_deg=0.0, turn_bias_std_deg=0.0)()
@@ -94,7 +95,7 @@ def test_the_same_seed_gives_the_same_errors_and_another_one_others():
 
 def test_the_diagram_is_late_by_its_lag():
     system, _ = make([part_state(PartKind.BOX, 0.6, 0.0, 0.0)])
-    diagram = MeasuredPartsDiagram(system, 15)
+    diagram = MeasuredVisionDiagram([system], 15)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     diagram.GetInputPort("truth_part_states").FixValue(context, part_state(PartKind.BOX, 0.6, 0.0, 0.0))

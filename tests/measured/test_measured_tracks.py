@@ -12,9 +12,10 @@ from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoint, T
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error import MeasuredError, object_seed
-from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
+from drake_tracker.measured.measured_error_system import MeasuredErrorSystem
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
-from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.measured.measured_tracks_system import MeasuredTracksSystem
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
 from drake_tracker.vision.silhouettes.target import Reason
 from drake_tracker.vision.silhouettes.target_config import Coloured, Largest
@@ -92,13 +93,20 @@ def outputs_of(vision, cycles, states):
     return rows
 
 
+def vision_of(settings, looks, lag):
+    """Measured vision of several objects."""
+    sources = [
+        MeasuredErrorSystem(error_of(), WORK_VOLUME, 4, number=k, further=len(looks) - 1) for k in range(len(looks))
+    ]
+    tracker = MeasuredTracker(error_of(), looks, settings)
+    return MeasuredVisionDiagram(sources, lag, tracking=MeasuredTracksSystem(tracker, len(looks), settings.target))
+
+
 @pytest.mark.parametrize("lag", [0, 3])
 def test_the_first_train_has_the_errors_that_it_has_alone(lag):
     train, others = state_of(0.5, 0.1, 0.1), np.ravel([state_of(0.6, 0.0, 0.1), state_of(0.6, 0.1, 0.1)])
-    several = MeasuredSeveralDiagram(
-        error_of(), SeveralObjects(confirm_after=1), [YELLOW, RED, RED], lag, WORK_VOLUME, seed=4
-    )
-    alone = MeasuredVisionDiagram(error_of(), lag, WORK_VOLUME, seed=4)
+    several = vision_of(SeveralObjects(confirm_after=1), [YELLOW, RED, RED], lag)
+    alone = MeasuredVisionDiagram([MeasuredErrorSystem(error_of(), WORK_VOLUME, 4)], lag)
     rows = outputs_of(several, 30, {"truth_train_state": train, "truth_object_states": others})
     expected = [row[0] for row in outputs_of(alone, 30, {"truth_train_state": train})]
     np.testing.assert_array_equal([row[0] for row in rows], expected)
@@ -127,9 +135,7 @@ class Newest:
 
 @pytest.mark.parametrize("target, number", [(Largest(), 1.0), (Coloured(colour="#c03028"), 2.0), (Newest(), 2.0)])
 def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
-    vision = MeasuredSeveralDiagram(
-        error_of(), SeveralObjects(confirm_after=1, target=target), [YELLOW, RED], 1, WORK_VOLUME, seed=4
-    )
+    vision = vision_of(SeveralObjects(confirm_after=1, target=target), [YELLOW, RED], 1)
     states = {"truth_train_state": state_of(0.5, 0.1, 0.1), "truth_object_states": state_of(0.6, 0.0, 0.1)}
     (*_, (point, tracks)) = outputs_of(vision, 5, states)
     assert TrackPoints(tracks).target == number and TrackPoint(point).valid
@@ -138,7 +144,7 @@ def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
 
 def test_a_wrong_setting_of_the_target_is_refused_when_the_diagram_is_built():
     with pytest.raises(DrakeTrackerError, match="colour is 'gold'"):
-        MeasuredSeveralDiagram(error_of(), SeveralObjects(target=Coloured("gold")), [YELLOW], 1, WORK_VOLUME, seed=4)
+        vision_of(SeveralObjects(target=Coloured("gold")), [YELLOW], 1)
 
 
 def test_a_scenario_without_further_objects_has_one_track():

@@ -13,9 +13,9 @@ from wires import Wires, controller_subsystems, references, truths
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
+from drake_tracker.measured.measured_error_system import MeasuredErrorSystem
 from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
-from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
-from drake_tracker.measured.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.train import diagram as train_diagram
@@ -49,7 +49,7 @@ def measured(hand_eye, stand_in):
     ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
     ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
     if stand_in:
-        assert type(hand_eye.vision) in (MeasuredVisionDiagram, MeasuredSeveralDiagram) and not world.cameras
+        assert type(hand_eye.vision) is MeasuredVisionDiagram and not world.cameras
         for system in stand_ins(hand_eye.vision):
             ports[f"stand-in for cameras: {system.get_name()}"] = system.GetOutputPort("point")
     return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
@@ -107,7 +107,7 @@ def leaks_of_the_conveyor(hand_eye, stand_in=True):
         "encoder": drive.GetOutputPort("encoder"),
     }
     if stand_in:
-        parts = hand_eye.vision.GetSubsystemByName("measured_parts")
+        parts = hand_eye.vision.GetSubsystemByName("measured_0")
         assert type(parts) is MeasuredPartsSystem and not hand_eye.world.cameras
         ports["stand-in for cameras"] = parts.GetOutputPort("parts")
     allowed = {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
@@ -116,7 +116,7 @@ def leaks_of_the_conveyor(hand_eye, stand_in=True):
     subsystems = controller_subsystems(hand_eye)
     if stand_in:
         del subsystems["vision"]
-        subsystems["lag"] = hand_eye.vision.GetSubsystemByName("lag")
+        subsystems["lag"] = hand_eye.vision.GetSubsystemByName("lag_parts")
     upstream = wires.upstream(subsystems.values(), allowed)
     leaking = [
         path
@@ -132,11 +132,11 @@ def test_the_controller_of_the_conveyor_reads_ground_truth_only_through_its_meas
     leaking, reached, sensors = leaks_of_the_conveyor(conveyor)
     assert leaking == []
     assert reached == sensors
-    system = conveyor.vision.GetSubsystemByName("measured_parts")
+    system = conveyor.vision.GetSubsystemByName("measured_0")
     assert system.num_input_ports() == 1
     source, port = Wires(conveyor).source(system, 0)
     assert f"{source.get_name()}.{source.get_output_port(port).get_name()}" == "part_states.states"
-    assert {part.get_name() for part in conveyor.vision.GetSystems()} == {"measured_parts", "lag"}
+    assert {part.get_name() for part in conveyor.vision.GetSystems()} == {"measured_0", "lag_parts"}
     for subsystem in controller_subsystems(conveyor).values():
         assert truths(subsystem, is_truth) == {}
 
@@ -151,7 +151,7 @@ def test_with_cameras_the_controller_of_the_conveyor_reads_no_ground_truth(conve
 
 def test_the_search_finds_the_measured_vision_of_the_conveyor(conveyor):
     leaking, _, _ = leaks_of_the_conveyor(conveyor, stand_in=False)
-    assert any("measured_parts" in path and "part_states.states" in path for path in leaking), leaking
+    assert any("measured_0" in path and "part_states.states" in path for path in leaking), leaking
 
 
 @pytest.fixture(scope="module")
@@ -176,16 +176,16 @@ def test_measured_vision_is_the_only_system_that_reads_ground_truth(blind):
     assert leaking == []
     assert sensors == set(measured(blind, True).values())
     # It reads only the train's state, and the vision has no other System except the delay.
-    system = blind.vision.GetSubsystemByName("measured_error")
+    system = blind.vision.GetSubsystemByName("measured_0")
     assert system.num_input_ports() == 1
     source, port = Wires(blind).source(system, 0)
     assert source is blind.world.laboratory.plant and source.get_output_port(port).get_name() == "train_state"
-    assert {part.get_name() for part in blind.vision.GetSystems()} == {"measured_error", "lag"}
+    assert {part.get_name() for part in blind.vision.GetSystems()} == {"measured_0", "lag_point"}
 
 
 def test_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(blind):
     leaking, _ = leaks(blind)
-    assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
+    assert any("measured_0" in path and "plant.train_state" in path for path in leaking)
 
 
 def test_markers_on_the_hand_give_the_controller_no_ground_truth():
@@ -244,7 +244,7 @@ def test_with_several_objects_only_the_measured_errors_read_ground_truth(several
 
 def test_with_several_objects_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(several):
     leaking, _ = leaks(several)
-    assert any("measured_error_" in path and "object_states.states" in path for path in leaking), leaking
+    assert any("measured_" in path and "object_states.states" in path for path in leaking), leaking
 
 
 def test_cameras_that_see_several_objects_give_the_controller_no_ground_truth():

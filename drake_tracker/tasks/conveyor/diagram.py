@@ -26,7 +26,8 @@ from drake_tracker.grasp.conveyor.pick_machine import PickMachine
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.grasp.conveyor.pick_system import PickSystem
 from drake_tracker.link.link_system import LinkDiagram
-from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.scenario import Measured
 from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup, resolve
@@ -142,7 +143,7 @@ def make_vision(setup: ConveyorSetup) -> Diagram:
     return image_vision(setup, setup.windows, image_latency=latency)
 
 
-def measured_vision(setup: ConveyorSetup) -> MeasuredPartsDiagram:
+def measured_vision(setup: ConveyorSetup) -> MeasuredVisionDiagram:
     """Returns the vision without cameras, which sees the belt from its entry to its end.
 
     Args:
@@ -157,7 +158,7 @@ def measured_vision(setup: ConveyorSetup) -> MeasuredPartsDiagram:
         view=setup.belt_between(belt.entry, belt.end),
         seed=setup.scenario.seed,
     )
-    return MeasuredPartsDiagram(system, settings.lag_cycles)
+    return MeasuredVisionDiagram([system], settings.lag_cycles)
 
 
 def image_vision(setup: ConveyorSetup, windows: Mapping[str, ImageWindow], **more: Any) -> PartVisionDiagram:

@@ -18,9 +18,10 @@ from drake_tracker.faults.fault import CalibrationFault, PointFault, faults_at
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
 from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.measured.measured_error_file import load_error
-from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
-from drake_tracker.measured.measured_tracks import ObjectLook
-from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.measured.measured_error_system import MeasuredErrorSystem
+from drake_tracker.measured.measured_tracks import MeasuredTracker, ObjectLook
+from drake_tracker.measured.measured_tracks_system import MeasuredTracksSystem
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.scenario import Measured
 from drake_tracker.tasks.train.setup import TrainSetup
@@ -157,7 +158,7 @@ def wrist_parts(setup: TrainSetup) -> WristParts:
     return WristParts(view, hand, grasp.object_width + _GRIP_TOLERANCE)
 
 
-def measured_vision(setup: TrainSetup) -> MeasuredVisionDiagram | MeasuredSeveralDiagram:
+def measured_vision(setup: TrainSetup) -> MeasuredVisionDiagram:
     """Returns the vision of a scenario with ``vision: !Measured``, which replaces the cameras.
 
     Args:
@@ -173,15 +174,17 @@ def measured_vision(setup: TrainSetup) -> MeasuredVisionDiagram | MeasuredSevera
             f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
             f"{error.seen_from:.3f} m/s"
         )
-    if isinstance(config.method, SeveralObjects):
-        looks = tuple(_look(each) for each in (scenario.train, *scenario.objects))
-        faults = [system for system in (_point_faults(setup) for _ in looks) if system is not None]
-        return MeasuredSeveralDiagram(
-            error, config.method, looks, config.lag_cycles, config.work_volume, scenario.seed, faults=faults
-        )
-    return MeasuredVisionDiagram(
-        error, config.lag_cycles, config.work_volume, scenario.seed, faults=_point_faults(setup)
-    )
+    volume, seed, lag = config.work_volume, scenario.seed, config.lag_cycles
+    if not isinstance(config.method, SeveralObjects):
+        faults = [system for system in [_point_faults(setup)] if system is not None]
+        return MeasuredVisionDiagram([MeasuredErrorSystem(error, volume, seed)], lag, faults=faults)
+    looks = tuple(_look(each) for each in (scenario.train, *scenario.objects))
+    sources = [
+        MeasuredErrorSystem(error, volume, seed, number=number, further=len(looks) - 1) for number in range(len(looks))
+    ]
+    tracking = MeasuredTracksSystem(MeasuredTracker(error, looks, config.method), len(looks), config.method.target)
+    faults = [system for system in (_point_faults(setup) for _ in looks) if system is not None]
+    return MeasuredVisionDiagram(sources, lag, tracking=tracking, faults=faults)
 
 
 def _point_faults(setup: TrainSetup) -> PointFaultsSystem | None:

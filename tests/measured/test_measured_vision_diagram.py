@@ -10,7 +10,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.measured.measured_error import MeasuredError
-from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.measured.measured_error_system import MeasuredErrorSystem
+from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
 
 
@@ -43,7 +44,7 @@ def run(error, lag_cycles, cycles, train=None, work_volume=WORK_VOLUME):
     """Returns the points (n, 6) as the estimator would read them, one each cycle from time 0 on."""
     builder = DiagramBuilder()
     train = builder.AddSystem(train or Train())
-    vision = builder.AddSystem(MeasuredVisionDiagram(error, lag_cycles, work_volume, seed=3))
+    vision = builder.AddSystem(MeasuredVisionDiagram([MeasuredErrorSystem(error, work_volume, 3)], lag_cycles))
     builder.Connect(train.get_output_port(), vision.GetInputPort("truth_train_state"))
     builder.ExportOutput(vision.GetOutputPort("point"), "point")
     simulator = Simulator(builder.Build())
@@ -86,7 +87,7 @@ def test_a_context_copied_half_way_goes_on_alike():
     train = builder.AddSystem(Train())
     error = shifted()
     error = replace(error, pattern=error.pattern + 1e-3, jitter=np.full((1, 3, 5), 1e-3))
-    vision = builder.AddSystem(MeasuredVisionDiagram(error, 3, WORK_VOLUME, seed=9))
+    vision = builder.AddSystem(MeasuredVisionDiagram([MeasuredErrorSystem(error, WORK_VOLUME, 9)], 3))
     builder.Connect(train.get_output_port(), vision.GetInputPort("truth_train_state"))
     builder.ExportOutput(vision.GetOutputPort("point"), "point")
     diagram = builder.Build()

@@ -1,11 +1,10 @@
-"""The stand-in for cameras and image processing: the true pose plus the measured error, as late as the centroid."""
+"""The stand-in for cameras and image processing: the true pose plus the measured error."""
 
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_tracker.core.messages import TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
@@ -81,56 +80,3 @@ class MeasuredErrorSystem(LeafSystem):
                     point.x, point.y, point.z = p_WQ
                     point.valid = 1.0
         output.SetFromVector(point[:])
-
-
-class MeasuredVisionDiagram(Diagram):
-    """Takes the place of `VisionDiagram` in a scenario with ``vision: !Measured``: no image is rendered or processed.
-
-    .. pydrake_system::
-
-        name: MeasuredVisionDiagram
-        input_ports:
-        - truth_train_state
-        output_ports:
-        - point
-
-    ``truth_train_state`` is that of `MeasuredErrorSystem`. ``point`` is the `TrackPoint` vector of ``lag_cycles``
-    cycles ago, its stamp the time of that capture, sampled every ``period`` at offset 0, in the same slot as that of
-    the rendered vision; all zeros before. With 0 cycles it is that of the present cycle, which no camera can do.
-
-    Unlike cameras this is not blinded when the hand comes between, and it sees the train where it hangs in the hand.
-    The loop uses no vision from the start of the descent on, so that only the points of that time in the log differ.
-
-    Args:
-        error: `MeasuredError`.
-        lag_cycles: cycles from capture to point, 0 or more.
-        work_volume: lower and upper corner in W, shape (2, 3) [m].
-        seed: of all random numbers.
-        period: of a cycle [s].
-        faults: a System with input and output ``point`` that changes the points before the lag; None changes nothing.
-    """
-
-    def __init__(
-        self,
-        error: MeasuredError,
-        lag_cycles: int,
-        work_volume: ArrayLike,
-        seed: int,
-        *,
-        period: float = VISION_PERIOD,
-        faults: System | None = None,
-    ) -> None:
-        super().__init__()
-        self.set_name("vision")
-        builder = DiagramBuilder()
-        system = builder.AddNamedSystem("measured_error", MeasuredErrorSystem(error, work_volume, seed, period=period))
-        lag = builder.AddNamedSystem("lag", DiscreteTimeDelay(period, lag_cycles, message_size(TrackPoint)))
-        builder.ExportInput(system.GetInputPort(TRUTH_PORT), TRUTH_PORT)
-        point = system.GetOutputPort("point")
-        if faults is not None:
-            builder.AddNamedSystem("faults", faults)
-            builder.Connect(point, faults.GetInputPort("point"))
-            point = faults.GetOutputPort("point")
-        builder.Connect(point, lag.get_input_port())
-        builder.ExportOutput(lag.get_output_port(), "point")
-        builder.BuildInto(self)
