@@ -52,11 +52,11 @@ class PacketGuardConfig:
 
     margin: float = setting(0.10, "distance outside the volume of vision up to which a path may begin", "m", (0.0, 5.0))
     max_speed: ClassVar[float] = 2.0
-    """Largest speed at which a predicted path may begin [m/s]; chosen."""
+    """Largest speed at which a predicted path may begin [m/s]; derived: the fastest train reaches 1.9 m/s."""
     table_tolerance: ClassVar[float] = 0.20
-    """Largest depth of a predicted path below the table top [m]; chosen."""
+    """Largest depth of a predicted path below the table top [m]; derived: less than `GraspConfig.hover_height`."""
     clock_tolerance: ClassVar[float] = 0.001
-    """Time by which the stamp of a packet may be later than the arm's clock [s]; chosen."""
+    """Time by which a stamp may be later than the arm's clock [s]; derived: LCM's times are in milliseconds."""
 
 
 @dataclass(frozen=True)

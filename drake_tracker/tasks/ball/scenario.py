@@ -35,14 +35,7 @@ class BoardVisionConfig:
     """Settings of the vision: from the images of the single camera to points on the board.
 
     Attributes:
-        detector: settings of the motion detector.
-        follow: whether to search only near the position predicted from the last two measurements, the paper's
-            alternative.
-        update_cycles: time between two centroids [cycles].
-        throughput_cycles: time from the capture of a centroid's first image until the centroid appears [cycles].
         centroid_height: height of the moving centroid over the board [m]; half the diameter of the ball is 0.02 m.
-        bottom: width of the strip along the bottom edge in which motion is ignored [m].
-        tolerance: largest error of a measurement before it is rejected [m].
     """
 
     detector: DETECTORS.union() = setting(FrameDifference, "the motion detector")  # type: ignore[valid-type]
@@ -52,7 +45,8 @@ class BoardVisionConfig:
         BALL_THROUGHPUT_CYCLES, "time from a centroid's first image until the centroid appears", "cycles", (2, 120)
     )
     centroid_height: ClassVar[float] = 0.0165
-    """Height of the moving centroid over the board; 0.02 is half the diameter of the ball [m]; chosen."""
+    """Height of the moving centroid over the board [m]; measured on rendered images (`benchmarks/ball_detectors.py`). Half
+    the diameter of the ball, as in the paper, is 0.02 m."""
     bottom: float = setting(
         0.05, "width of the strip along the bottom edge in which motion is ignored", "m", (0.0, 0.4)
     )
@@ -65,19 +59,6 @@ class BallScenario(BaseScenario):
 
     Attributes:
         hand: the hand that the task needs.
-        board: the board and its pegs.
-        ball: the ball.
-        camera: the camera.
-        lighting: the lamps.
-        operator: what a person does before the run.
-        vision: from images to points on the board.
-        estimator: from points to the predicted path.
-        link: from the host to the controller of the arm.
-        guard: which packets the arm follows.
-        servo: from packets of predicted path to set-points every 5 ms.
-        catch: what the hand does, and when.
-        arm: the arm.
-        faults: what goes wrong, and when.
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (

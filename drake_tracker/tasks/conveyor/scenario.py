@@ -53,13 +53,7 @@ class BeltCamerasConfig(CamerasConfig):
 
 @dataclass(frozen=True)
 class Rendered:
-    """Vision on rendered images of both cameras.
-
-    Attributes:
-        parts: how parts are found and tracked.
-        lag_cycles: time from the capture of an image to the parts in it [cycles].
-        update_cycles: time from one pair of images to the next [cycles].
-    """
+    """Vision on rendered images of both cameras."""
 
     parts: BeltParts = setting(BeltParts, "how parts are found and tracked")
     lag_cycles: int = setting(
@@ -79,23 +73,7 @@ class ConveyorScenario(BaseScenario):
 
     Attributes:
         hand: the hand that the task needs.
-        belt: the belt.
-        arrivals: the parts that it brings.
-        tray: the trays.
-        lighting: the lamps.
-        cameras: the two fixed cameras.
-        vision: from the belt to the poses of the parts on it.
-        estimator: from poses to predicted paths.
-        dispatch: which part is picked next.
         eligibility: which parts may be picked.
-        window: where parts may be picked.
-        cycle: what the dispatcher knows about the time that the arm takes.
-        link: from the host to the controller of the arm.
-        guard: which packets the arm follows.
-        servo: from packets of predicted path to set-points every 30 ms.
-        pick: what the hand does, and when.
-        arm: the arm.
-        faults: what goes wrong, and when.
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (

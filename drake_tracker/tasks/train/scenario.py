@@ -48,14 +48,7 @@ LIFT_MARGIN = 0.005
 
 @dataclass(frozen=True)
 class Rendered:
-    """Vision on rendered images of both cameras.
-
-    Attributes:
-        method: the motion centroid of a single object, or a tracker of several.
-        lag_cycles: time from the capture of the middle image to its centroid [cycles].
-        work_volume: lowest and highest corner of the box in which motion is searched for, in W [m].
-        outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
-    """
+    """Vision on rendered images of both cameras."""
 
     method: MotionCentroid | SilhouetteTracker = setting(
         MotionCentroid,
@@ -84,15 +77,7 @@ class Rendered:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured vision: the true position plus an error measured with cameras. No image is rendered.
-
-    Attributes:
-        file: file of the measured error.
-        method: whether vision sees the first train only or all objects, and which of them is followed.
-        lag_cycles: time from the capture of the middle image to the point [cycles].
-        work_volume: lowest and highest corner of the box in which the train is seen, in W [m].
-        outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
-    """
+    """Measured vision: the true position plus an error measured with cameras. No image is rendered."""
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
     method: OneObject | SeveralObjects = setting(
@@ -130,22 +115,6 @@ class TrainScenario(BaseScenario):
 
     Attributes:
         hand: the hand that the task needs.
-        table_height: height of the table top in W [m].
-        table_colour: mean colour of the table top; empty: that of the model.
-        track: the track and the speed of the train.
-        train: the train.
-        objects: further objects that move by themselves.
-        lighting: the lamps.
-        cameras: the two fixed cameras, and one on the hand.
-        vision: from images to points.
-        estimator: from points to the predicted path.
-        link: from the host to the controller of the arm.
-        guard: which packets the arm follows.
-        servo: from packets of predicted path to set-points every 30 ms.
-        hand_eye: how the cameras' view of the hand corrects where it is sent.
-        grasp: what the hand does, and when.
-        arm: the arm.
-        faults: what goes wrong, and when.
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (
