@@ -45,8 +45,8 @@ class BoardVisionConfig:
         BALL_THROUGHPUT_CYCLES, "time from a centroid's first image until the centroid appears", "cycles", (2, 120)
     )
     centroid_height: ClassVar[float] = 0.0165
-    """Height of the moving centroid over the board [m]; measured on rendered images (`benchmarks/ball_detectors.py`). Half
-    the diameter of the ball, as in the paper, is 0.02 m."""
+    """Height of the moving centroid over the board [m]; measured on rendered images (`benchmarks/ball_detectors.py`).
+    Half the diameter of the ball, as in the paper, is 0.02 m."""
     bottom: float = setting(
         0.05, "width of the strip along the bottom edge in which motion is ignored", "m", (0.0, 0.4)
     )
