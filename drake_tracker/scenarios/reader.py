@@ -3,14 +3,16 @@
 import dataclasses
 import difflib
 import math
+import re
 import typing
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.regular_file import printable
 from drake_tracker.core.setting import allowed, as_tuple, constants_of, key_of, kinds_of, list_kinds, settings_of
-from drake_tracker.scenarios.tree import Value, parse, tree_of
+from drake_tracker.scenarios.tree import RENAMED_TAGS, Value, parse, tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
 _NAMES = "names, each with a number, true or false, or text"
@@ -85,7 +87,9 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
     kind = by_name[tag]
     data = {} if value.data is None else value.data
     if not isinstance(data, dict):
-        errors.append(f"{value.origin}: {key or 'the scenario'} must be a mapping of settings, not {_show(value)}")
+        noun = f"one of {_tags(kinds)}" if len(kinds) > 1 and isinstance(data, str) else "a mapping of settings"
+        near = _nearest(data, by_name, "!") if isinstance(data, str) else ""
+        errors.append(f"{value.origin}: {key or 'the scenario'} must be {noun}, not {_show(value)}{near}")
         return kind()
     fields = {key_of(field): field for field in settings_of(kind)}
     constants = constants_of(kind)
@@ -282,6 +286,40 @@ def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
             yield from setting_keys(part, f"{prefix}{key_of(field)}.")
 
 
+@cache
+def kind_names(schema: Any) -> frozenset[str]:
+    """Returns the names of all kinds of parts that the settings of a dataclass may have."""
+    names: set[str] = set()
+    for field in settings_of(schema):
+        for kind in (*kinds_of(field.type), *list_kinds(field.type)):
+            if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+                names |= {kind.__name__, *kind_names(kind)}
+    return frozenset(names)
+
+
+def tag_kinds(text: str, schema: Any) -> str:
+    """Returns the value of an override with an exclamation mark before each kind that has none.
+
+    An interactive shell takes ``!Lossy`` for a word of its history, even in double quotes.
+
+    Args:
+        text: the value, as YAML: ``Lossy {drop: 0.3}``.
+        schema: the dataclass of the scenario, whose kinds are recognised outside of quotes.
+    """
+
+    def tagged(match: re.Match[str]) -> str:
+        before, name, settings = match.groups()
+        if settings:
+            return f"{before}!{name}"
+        return f"{before}!{name} {{}}" if RENAMED_TAGS.get(name, name) in kind_names(schema) else match.group()
+
+    pieces = re.split(r"""("(?:[^"\\]|\\.)*"|'(?:[^']|'')*')""", text)
+    return "".join(
+        piece if number % 2 else re.sub(r"((?:^|[\[{,:])\s*)([A-Z]\w*)(?=\s*(?:$|[\]},]|(\s\{)))", tagged, piece)
+        for number, piece in enumerate(pieces)
+    )
+
+
 def setting_unit(schema: Any, key: str) -> str:
     """Returns the unit of a setting, "" when it has none.
 
@@ -289,15 +327,19 @@ def setting_unit(schema: Any, key: str) -> str:
         schema: a dataclass of settings.
         key: key path of the setting; it may belong to any kind of a role.
     """
+    return next(filter(None, (field.metadata["unit"] for field in fields_at(schema, key))), "")
+
+
+def fields_at(schema: Any, key: str) -> Iterator[dataclasses.Field[Any]]:
+    """Yields the fields at the key path of a setting, one for each kind of a role that has such a setting."""
     name, _, rest = key.partition(".")
     for field in settings_of(schema):
-        if key_of(field) == name:
-            if not rest:
-                return field.metadata["unit"]
-            kinds = kinds_of(field.type)
-            units = (setting_unit(kind, rest) for kind in kinds if dataclasses.is_dataclass(kind))
-            return next(filter(None, units), "")
-    return ""
+        if key_of(field) == name and not rest:
+            yield field
+        elif key_of(field) == name:
+            for kind in kinds_of(field.type):
+                if dataclasses.is_dataclass(kind):
+                    yield from fields_at(kind, rest)
 
 
 def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, str]]:

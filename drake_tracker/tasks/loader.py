@@ -19,7 +19,7 @@ from drake_tracker.core.files.regular_file import is_file, read_text
 from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.consent import find_module, is_trusted
-from drake_tracker.scenarios.reader import read
+from drake_tracker.scenarios.reader import fields_at, read, tag_kinds
 from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse, parse_file, plain, tree_of
 from drake_tracker.tasks.registry import TASKS
 
@@ -320,15 +320,24 @@ def _override(tree: Value, override: str, origin: str, errors: list[str]) -> Val
     if not equals or not all(key.split(".")) or key.count(".") >= MOST_NAMES:
         errors.append(f"{origin}: write it as key.path=value, for example --set track.speed=0.2")
         return tree
+    schema = _schema(tree)
+    if schema is not None and all(field.type is not str for field in fields_at(schema, key)):
+        text = tag_kinds(text, schema)
     value = parse(text, lambda line: origin, errors)
     return tree if value is None else merge(tree, nest(key, value))
 
 
 def _present(tree: Value, notes: list[str]) -> Value:
     """Returns a tree with former settings translated, see `BaseScenario.present`."""
+    schema = _schema(tree)
+    return tree if schema is None else schema.present(tree, notes)
+
+
+def _schema(tree: Value) -> type[BaseScenario] | None:
+    """Returns the class of the scenario of a tree; None if the tree names no task of the package."""
     task = tree.data.get("task")
     name = "train" if task is None else task.data
-    return TASKS[name].scenario.present(tree, notes) if isinstance(name, str) and name in TASKS else tree
+    return TASKS[name].scenario if isinstance(name, str) and name in TASKS else None
 
 
 def _check(tree: Value, errors: list[str]) -> Any:

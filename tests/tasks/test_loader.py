@@ -115,6 +115,27 @@ def test_a_tag_chooses_the_kind_of_a_role():
     ).vision.method.detector == NormalFlow(stride=2)
 
 
+@pytest.mark.parametrize(
+    "bare, tagged",
+    [
+        ("link=Lossy {drop: 0.3}", "link=!Lossy {drop: 0.3}"),
+        ("estimator=CoordinatedTurn", "estimator=!CoordinatedTurn {}"),
+        ("objects=[Ball {}, Hand]", "objects=[!Ball {}, !Hand {}]"),
+        ("track.event=Stop {at: 3}", "track.event=!Stop {at: 3}"),
+        (
+            "vision={method: SilhouetteTracker {target: Coloured {colour: '#d0a050'}}}",
+            "vision={method: !SilhouetteTracker {target: !Coloured {colour: '#d0a050'}}}",
+        ),
+        ("description=Lossy", "description='Lossy'"),
+        ('description="Ball {}, Lossy"', "description='Ball {}, Lossy'"),
+    ],
+)
+def test_an_override_may_omit_the_exclamation_mark_of_a_kind(bare, tagged):
+    """An interactive shell replaces an exclamation mark, even in double quotes."""
+    found, expected = (load_scenario("train:two", overrides=[override]) for override in (bare, tagged))
+    assert dataclasses.replace(found, origins={}) == dataclasses.replace(expected, origins={})
+
+
 @pytest.mark.parametrize("kind", ["Measured", "Rendered"])
 def test_a_new_kind_of_vision_keeps_the_work_volume_and_the_lag(kind):
     scenario = load_scenario("train:line", overrides=["vision.lag_cycles=9", f"vision=!{kind} {{}}"])
@@ -177,6 +198,8 @@ def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(
         ("track.speeed=1", "did you mean track.speed?"),
         ("preset=scaled", "did you mean vision.method.detector.preset?"),
         ("link.drop=0.1", "no setting link.drop in !Perfect; it belongs to link: !Lossy"),
+        ("estimator=ArcLenght", "estimator must be one of !"),
+        ("link=Lossi {drop: 0.1}", "not !Lossi; did you mean !Lossy?"),
         ("zzzz=1", "a scenario has task, name, description, duration"),
         ("track=3", "track must be a mapping of settings, not 3"),
         ("track.speed=.inf", "a number from 0 to 1 m/s, not inf"),
