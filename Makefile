@@ -1,5 +1,6 @@
-# make setup     installs everything into .venv; every target below does so first
-# make demo      runs the train and shows it in a browser
+# make install   installs what a run needs into .venv
+# make demo      does so, runs the train and shows it in a browser
+# make setup     installs the tools of developers too; every target below does so first
 # make lint      checks style, format and types
 # make test      runs the tests (PYTEST_ARGS="tests/vision -k window" for some, WORKERS=1 for one process)
 # make coverage  runs the tests and reports the lines that they do not reach; pages in build/coverage
@@ -12,7 +13,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup libraries lint test coverage demo docs bench-ball bench-estimation pins clean
+.PHONY: setup install libraries lint test coverage demo docs bench-ball bench-estimation pins clean
 
 PYTHONS ?= python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
@@ -23,10 +24,13 @@ PYTEST := LP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/python -m pytest -n 
 BENCH_ARGS ?=
 UPGRADE ?=
 
-setup: libraries
-	@stamp=.venv/.setup
-	if [[ $$stamp -nt pyproject.toml && $$stamp -nt constraints.txt && "$$(cat $$stamp)" == "$$PWD" ]]; then exit 0; fi
-	rm -f $$stamp
+# Installs the package with extras into .venv, unless that is done. $(1): extras, such as [dev]; $(2): file that says so.
+define install
+	stamps=($(2) .venv/.setup)
+	for stamp in "$${stamps[@]}"; do
+	    if [[ $$stamp -nt pyproject.toml && $$stamp -nt constraints.txt && "$$(cat $$stamp)" == "$$PWD" ]]; then exit 0; fi
+	done
+	rm -f $(2)
 	if ! .venv/bin/python -c "$(VERSION_OK)" 2>/dev/null; then
 	    for candidate in $(PYTHONS); do
 	        if $$candidate -c "$(VERSION_OK)" 2>/dev/null; then python=$$candidate; break; fi
@@ -42,10 +46,18 @@ setup: libraries
 	echo "setup: installing packages into .venv (the first time this takes some minutes)"
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	.venv/bin/python -m uv pip install --python .venv/bin/python --constraint constraints.txt \
-	    --build-constraint constraints.txt --editable '.[dev]'
+	    --build-constraint constraints.txt --editable '.$(1)'
 	# Otherwise every start compiles the modules again where Python may not write bytecode.
 	.venv/bin/python -m compileall -q -j $$(nproc) .venv/lib drake_tracker
-	echo "$$PWD" > $$stamp
+	echo "$$PWD" > $(2)
+endef
+
+setup: libraries
+	@$(call install,[dev],.venv/.setup)
+
+# What a run needs, without the tools of developers.
+install: libraries
+	@$(call install,,.venv/.install)
 
 # The system libraries that Drake and its renderer load. Without a Mesa driver the renderer crashes the process.
 libraries:
@@ -82,7 +94,7 @@ coverage: setup
 	@$(PYTEST) --cov --cov-report=term --cov-report=html $(PYTEST_ARGS)
 	echo "coverage: open $$PWD/build/coverage/index.html"
 
-demo: setup
+demo: install
 	@echo "demo: the train is tracked and grasped; this takes about a minute. Open the link to watch it"
 	.venv/bin/drake-tracker run train --live
 

@@ -22,6 +22,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn, TextIO
 
+import drake_tracker
 from drake_tracker.commands import (
     arm,
     board,
@@ -43,6 +44,7 @@ from drake_tracker.commands import (
 from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_graphics, warn
 from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.core.processes import signals
+from drake_tracker.core.progress import show_progress
 
 COMMANDS = (
     run,
@@ -88,6 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     options = make_parser().parse_args(arguments)
+    show_progress(not options.quiet)
     quiet_graphics()
     try:
         return options.action(options)
@@ -181,4 +184,8 @@ def make_parser() -> argparse.ArgumentParser:
     for command in COMMANDS:
         command.register(commands)
     completion.register(commands, parser)
+    parser.add_argument("--version", action="version", version=f"drake-tracker {drake_tracker.__version__}")
+    parser.add_argument("--quiet", action="store_true", help="show no progress, only results and warnings")
+    for each in commands.choices.values():
+        each.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="show no progress")
     return parser

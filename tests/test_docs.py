@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
+import pexpect
 import pytest
 from guides import GUIDES, RUNNABLE, write_file
 from guides import blocks as guide_blocks
@@ -204,6 +205,24 @@ def guide_files(tmp_path_factory):
     for name in set(sys.modules) - before:
         if str(folder) in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
+
+
+def test_an_interactive_shell_hands_every_command_to_the_program_unchanged(tmp_path):
+    """In a pseudo-terminal, where bash expands its history. The commands do not run: a function prints their words."""
+    lines = commands()
+    assert len(lines) > 100
+    shell = pexpect.spawn(
+        "bash", ["--norc", "--noprofile", "-i"], cwd=str(tmp_path), encoding="utf-8", echo=False, timeout=20
+    )
+    shell.delaybeforesend = None
+    shell.sendline("PS1=; drake-tracker() { printf '%s\\0' drake-tracker \"$@\" >> words; printf '\\n' >> words; }")
+    for number, line in enumerate(lines):
+        shell.sendline(f"{line}; echo done-$(({number}+0))")
+        shell.expect_exact(f"done-{number}\r\n")
+    shell.close()
+    handed = (tmp_path / "words").read_text(encoding="utf-8").split("\0\n")[:-1]
+    for line, words in zip(lines, handed, strict=True):
+        assert words.split("\0") == shlex.split(line)
 
 
 @pytest.mark.parametrize("line", commands())

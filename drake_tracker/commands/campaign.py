@@ -38,6 +38,7 @@ def register(commands: Commands) -> None:
         "--scheduler", metavar="ADDRESS", help="use the workers of a dask scheduler at tcp://HOST:PORT"
     )
     command.add_argument(
+        "-o",
         "--out",
         type=Path,
         metavar="DIR",

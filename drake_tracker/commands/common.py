@@ -99,7 +99,7 @@ def add_run(command: ArgumentParser) -> None:
     command.add_argument("--seed", type=int, metavar="N", help="seed of the random numbers")
     command.add_argument("--duration", type=float, metavar="S", help="longest simulated time [s]")
     command.add_argument(
-        "--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)"
+        "-o", "--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)"
     )
     command.add_argument(
         "--no-record", action="store_true", help="write no 3-D recording, no video and no picture made from images"

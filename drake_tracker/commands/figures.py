@@ -16,7 +16,9 @@ def register(commands: Commands) -> None:
         description="Runs the scenarios behind the figures of Allen et al. 1991 and leaves the figures and their "
         "numbers (figures.json).",
     )
-    command.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
+    command.add_argument(
+        "-o", "--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty"
+    )
     command.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (default: 0)")
     command.add_argument("--quick", action="store_true", help="make a preview from a few simulated seconds")
     command.add_argument(

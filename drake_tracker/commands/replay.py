@@ -46,7 +46,9 @@ def register(commands: Commands) -> None:
         dest="start",
         help="where to begin (default: centroids, or points with measured vision or several objects)",
     )
-    command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/replay-TIME)")
+    command.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/replay-TIME)"
+    )
 
 
 def execute(options: Namespace) -> int:

@@ -111,7 +111,9 @@ def register(commands: Commands) -> None:
     command.add_argument(
         "--mcap", action="store_true", help="also write the track as track.mcap, which Foxglove and Rerun show"
     )
-    command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
+    command.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)"
+    )
 
 
 def split_calibration(values: list[str]) -> tuple[list[str], list[str]]:

@@ -10,6 +10,13 @@ from typing import TextIO
 _TERMINAL_INTERVAL = 0.2
 _PLAIN_INTERVAL = 10.0
 _BAR = 24
+_shown = True
+
+
+def show_progress(shown: bool) -> None:
+    """Says whether this process shows progress (``drake-tracker --quiet``). Results and warnings are shown anyway."""
+    global _shown
+    _shown = shown
 
 
 class _Line:
@@ -48,9 +55,10 @@ class _Line:
             self._print("\r\x1b[K")
 
     def _print(self, text: str) -> None:
-        with suppress(OSError):  # the terminal was closed: this must not end a run
-            self._stream.write(text)
-            self._stream.flush()
+        if _shown:
+            with suppress(OSError):  # the terminal was closed: this must not end a run
+                self._stream.write(text)
+                self._stream.flush()
 
 
 class Progress(_Line):
