@@ -49,7 +49,7 @@ class VideoFile:
             image: BGR image, uint8 of shape (height, width, 3).
         """
         planes = cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420)
-        self._video.append(av.VideoFrame.from_numpy_buffer(planes, "yuv420p"))
+        self._video.append(av.VideoFrame.from_ndarray(planes, format="yuv420p"))
 
     def skip(self) -> None:
         """Leaves out a frame: the one before is shown for longer."""

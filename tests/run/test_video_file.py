@@ -37,6 +37,24 @@ def test_frames_are_read_back(tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "v.mp4"]
 
 
+@pytest.mark.parametrize("size", [(160, 96), (160, 98), (162, 96), (162, 98), (130, 66)])
+def test_colours_are_read_back_at_every_size(size, tmp_path):
+    """Widths and heights that are 0 and 2 modulo 4. The decoder is that of OpenCV, the encoder that of PyAV."""
+    width, height = size
+    stripes = np.zeros((height, width, 3), np.uint8)
+    colours = np.array([(200, 40, 40), (40, 200, 40), (40, 40, 200)])
+    rows = np.arange(height)
+    stripes[:] = colours[rows // 12 % 3][:, None]
+    video = VideoFile(tmp_path / "v.mp4", 10, size)
+    for _ in range(5):
+        video.write(stripes)
+    video.close()
+    seen = read(tmp_path / "v.mp4")[0][-1].astype(int)
+    assert seen.shape == stripes.shape
+    inside = (rows % 12 >= 3) & (rows % 12 < 9)  # colours at the edges of the stripes are mixed
+    assert np.abs(seen - stripes)[inside].max() < 25
+
+
 def test_written_frames_are_readable_before_the_file_is_closed(tmp_path):
     """A run that is killed loses at most the last second."""
     video = VideoFile(tmp_path / "v.mp4", 10, (160, 96))
