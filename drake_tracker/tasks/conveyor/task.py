@@ -43,7 +43,7 @@ from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
 from drake_tracker.tasks.conveyor.part_history import tracks_of
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.setup import HIGHEST, resolve
-from drake_tracker.tasks.conveyor.summary import summarise_conveyor
+from drake_tracker.tasks.conveyor.summary import ENOUGH, summarise_conveyor
 from drake_tracker.tasks.episode import Log, during, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.plots import LONG
@@ -124,7 +124,10 @@ class ConveyorTask(Task[ConveyorScenario]):
         "conveyor.png": "Each part on its way along the belt, where it was picked, and what became of it; the phases "
         "of the hand; the trays at the end; and the picks over time.",
     }
-    titles = ("Too few parts were placed", "The parts were placed")
+    titles = (
+        f"Fewer than {ENOUGH:.0%} of the parts that could be picked were placed",
+        f"At least {ENOUGH:.0%} of the parts that could be picked were placed",
+    )
     outcomes = ("too few placed", "parts placed")
     summary_rows = (
         ("arrived", "parts that arrived", _COUNT),
@@ -151,7 +154,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("misplaced", "misplaced", ""),
         ("dropped", "dropped", ""),
         ("picks_per_minute", "picks a minute", ""),
-        ("share_of_clairvoyant", "of the bound", ""),
+        ("share_of_clairvoyant", "of the bound", "%"),
         ("placement_rms_m", "placement rms", "m"),
         ("real_time_factor", "real-time factor", ""),
     )
