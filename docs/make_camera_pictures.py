@@ -2,7 +2,7 @@
 
     python docs/make_camera_pictures.py [--out docs/images]
 
-Runs the script of docs/how_to/your_cameras.md, changes its clips, and tracks them. With Debian's chromium and
+Runs docs/how_to/make_rehearsal.py, changes its clips, and tracks them. With Debian's chromium and
 Playwright (extra `test`), it also photographs the page of a live track.
 """
 
@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-GUIDE = Path(__file__).parent / "how_to" / "your_cameras.md"
+SCRIPT = Path(__file__).parent / "how_to" / "make_rehearsal.py"
 CHROMIUM = "/usr/bin/chromium"
 COLOURS = 128
 """Size of the palette, which keeps the pictures small."""
@@ -181,12 +181,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "images")
     out = parser.parse_args().out.resolve()
-    guide = GUIDE.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        script = re.search(r"^```python\n(# make_rehearsal\.py\n.*?)^```$", guide, re.MULTILINE | re.DOTALL)[1]
-        Path("make_rehearsal.py").write_text(script, encoding="utf-8")
-        runpy.run_path("make_rehearsal.py")
+        runpy.run_path(str(SCRIPT))
         board = ["--kind", "charuco", "--board", "8x6", "--square", "0.03", "--world"]
         tracker("calibrate", "shots/left*.png", "shots/right*.png", *board, "-o", "stereo.yaml")
         draw_codes(out)

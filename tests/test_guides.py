@@ -5,6 +5,7 @@ import io
 import re
 import runpy
 import shlex
+import shutil
 import sys
 from pathlib import Path
 
@@ -52,6 +53,8 @@ def test_guides_with_code_are_found():
 
 @pytest.mark.parametrize("guide", RUNNABLE, ids=lambda path: path.stem)
 def test_guide_does_what_it_shows(guide, tmp_path, monkeypatch):
+    for script in guide.parent.glob("*.py"):
+        shutil.copy(script, tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     before = set(sys.modules)
