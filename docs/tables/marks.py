@@ -56,7 +56,7 @@ def marked(text: str, rows: list[Row]) -> str:
                 line = f"|{first.rstrip()}{MARK} |{rest}"
         lines.append(line)
     what = listed([f"`{name}`" for name in others])
-    note = f"*{MARK.strip()} Measured at an earlier behaviour of {what} than today's, or at one that is not known.*"
+    note = f"*{MARK.strip()} Measured at an earlier or unknown behaviour of {what}.*"
     return "\n".join([*lines, "", note])
 
 
