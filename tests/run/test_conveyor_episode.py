@@ -18,7 +18,6 @@ from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.conveyor.part_fates import PartFate
-from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 
 DURATION, SEED = 9.0, 5
 
@@ -152,7 +151,7 @@ def test_vision_looks_at_every_second_pair_of_images(seen):
     stamps = np.unique(seen.log["parts"]["stamp"])[1:]
     cycles = np.round(60.0 * stamps).astype(int)
     assert seen.scenario.vision.update_cycles == 2 and np.array_equal(cycles, 2 * np.arange(1, len(cycles) + 1))
-    pipeline = ImagePipeline(latency=12, processes=1, update_cycles=2)
+    pipeline = resolve(load_scenario("conveyor", overrides=["cameras.render_processes='1'"])).pipeline
     assert [pipeline.wanted(cycle) for cycle in range(4)] == [True, False, True, False]
 
 
