@@ -3,6 +3,7 @@
 import errno
 import io
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -50,6 +51,14 @@ def test_run_passes_everything_on(simulated, tmp_path):
     assert passed.pop("progress") is not None and passed.pop("tell") is not None
     options = RunOptions(record=False, meshcat=True, graphviz=tmp_path / "diagram.dot")
     assert passed == {"out": out, "options": options, "live": None}
+
+
+@pytest.mark.parametrize("scenario, lag", [("train", "0.25"), ("ball", "0.1"), ("conveyor:measured", "0.25")])
+def test_a_run_that_ends_before_the_first_measurement_is_refused(simulated, capsys, scenario, lag):
+    assert cli.main(["run", scenario, "--duration", "0.05"]) == 2
+    assert simulated.calls == [] and not Path("runs").exists()
+    words = f"--duration 0.05: duration: 0.05 s is too short, because the first measurement reaches the arm after {lag} s"
+    assert capsys.readouterr().err == f"drake-tracker: {words}\n"
 
 
 def test_a_live_run_prints_its_link_and_tells_the_page_how_it_ended(simulated, capsys):
@@ -102,9 +111,9 @@ def test_a_ball_has_its_own_rows(simulated, capsys):
     found = {"success": True, "hand_error_m": -0.01234, "board_in_world_error": [0.001, 0.00256]}
     simulated.effect = {**found, "attempts": 1}
     cli.main(["run", "ball"])
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert ["caught", "True"] in rows and ["hand", "error", "-0.01234", "m"] in rows
-    assert ["board", "in", "world", "0.001,", "0.00256", "m,", "rad"] in rows
+    rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "caught True: the ball was caught (exit code 0)" in rows and "hand error -12.3 mm" in rows
+    assert any(row.startswith("board in world 1.0 mm, 0.15") for row in rows)
     assert not any("attempts" in row for row in rows)
 
 
@@ -315,7 +324,7 @@ def test_progress_rewrites_one_line_on_a_terminal_and_clears_it():
     assert "\n" not in shown
     lines = shown.split("\r")
     assert 9 <= len(lines) <= 13
-    assert "track" in lines[5] and "2.00x real time" in lines[5] and "s of 60" in lines[5]
+    assert "track" in lines[5] and "2.00x real time, at most 29 s left" in lines[5] and "s of 60" in lines[5]
     assert lines[-1] == "\x1b[K"
 
 
@@ -477,6 +486,25 @@ def test_a_completion_script_knows_commands_and_options(capsys, shell):
     assert cli.main(["completion", shell]) == 0
     script = capsys.readouterr().out
     assert "calibrate" in script and "record-images" in script
+
+
+@pytest.mark.parametrize(
+    "line, words",
+    [
+        ("run train:gui", {"guided"}),
+        ("run train --set track.sp", {"track.speed="}),
+        ("run train --set track.speed=0.2 --set estim", {"estimator=ArcLength", "estimator=Custom"}),
+        ("run train --set estimator=Coord", {"CoordinatedTurn"}),
+        ("list conv", {"conveyor", "conveyor:ur5e"}),
+    ],
+)
+def test_bash_completes_scenarios_and_settings(capsys, line, words):
+    assert cli.main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    line = f"drake-tracker {line}"
+    asked = f"COMP_LINE={shlex.quote(line)} COMP_POINT={len(line)}; _drake_tracker; echo ${{COMPREPLY[*]}}"
+    child = subprocess.run(["bash", "-c", f"{script}\n{asked}"], capture_output=True, text=True, check=True)
+    assert words <= set(child.stdout.split()), child.stdout
 
 
 def test_drakes_messages_do_not_interrupt_the_output(tmp_path):

@@ -117,7 +117,7 @@ def short_run(generator, folder):
     arguments = ["run", write_scenario(generator, folder), "--set", "vision=!Measured {}", "--no-record"]
     if generator.random() < 0.5:
         arguments += ["--set", override(generator)]
-    return command(folder, folder / "here" / "out", *arguments, "--duration", "0.02", "--out", "out")
+    return command(folder, folder / "here" / "out", *arguments, "--duration", "0.3", "--out", "out")
 
 
 def write_run(generator, folder):

@@ -107,6 +107,19 @@ def add_run(command: ArgumentParser) -> None:
     command.add_argument("--meshcat", action="store_true", help="show only the 3-D scene in a browser")
 
 
+def add_browser(command: ArgumentParser) -> None:
+    """Adds ``--no-browser`` to a parser."""
+    command.add_argument("--no-browser", action="store_true", help="open no browser, print the link only")
+
+
+def open_browser(url: str) -> None:
+    """Opens a page in the browser of the desktop. Without a desktop, no browser may take over the terminal."""
+    if any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")):
+        import webbrowser
+
+        webbrowser.open(url)
+
+
 def add_lcm(command: ArgumentParser) -> None:
     """Adds ``--lcm`` to a parser."""
     command.add_argument(

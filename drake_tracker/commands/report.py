@@ -1,10 +1,12 @@
 """What is printed, and shown on the live view, when a run has ended."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.commands.common import NOT_TAKEN, SUCCESS
 from drake_tracker.core.processes.signals import exit_code
+from drake_tracker.core.progress import coloured
 from drake_tracker.core.timing import SERVO_PERIOD
 
 _SHOWN = {"m": (1e3, "mm", 1), "s": (1.0, "s", 2), "rad": (57.29578, "°", 2), "%": (100.0, "%", 0)}
@@ -13,8 +15,8 @@ _SHOWN = {"m": (1e3, "mm", 1), "s": (1.0, "s", 2), "rad": (57.29578, "°", 2), "
 
 def report(scenario: Any, summary: dict[str, Any], out: Path) -> int:
     """Prints the summary of a run and its directory. Returns the exit code."""
-    for _, label, text in _rows(scenario, summary):
-        print(f"{label:<18}{text}")
+    for key, label, text in _rows(scenario, summary):
+        print(f"{label:<18}{coloured(text, bool(summary[key]), sys.stdout) if key == 'success' else text}")
     print(f"{'run directory':<18}{out}")
     print(f"{'next':<18}drake-tracker view {out}")
     if summary.get("interrupted"):

@@ -1,21 +1,25 @@
 """``drake-tracker run``: runs a scenario from its start to its verdict."""
 
+import sys
 from argparse import Namespace
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.commands.common import (
     Commands,
+    add_browser,
     add_command,
     add_run,
     add_scenario,
     announce_code,
     one_thread,
+    open_browser,
     quiet_drake,
     run_directory,
 )
 from drake_tracker.commands.report import outcome, report
+from drake_tracker.commands.view import serve, serving
 from drake_tracker.core.errors import DrakeTrackerError
 
 
@@ -45,6 +49,7 @@ def register(commands: Commands) -> None:
         "--live", action="store_true", help="show cameras, errors and scene on a page, with pause and single step"
     )
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of that page (default: a free one)")
+    add_browser(command)
     command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the block diagram to FILE, in Graphviz")
 
 
@@ -59,18 +64,28 @@ def execute(options: Namespace) -> int:
         options.scenario, options.seed, options.duration, options.overrides, allow_code=options.allow_code
     )
     _check_options(options)
+    _check_duration(scenario)
     announce_code(scenario)
     progress = Progress(scenario.duration)
-    with _live_view(options, progress) as live, run_directory(options.out, scenario.name) as out:
-        if live is not None:
-            print(f"Live view: {live.url}  (open it in a browser; Ctrl-C ends the run)", flush=True)
-        try:
-            summary = _simulate(options, scenario, out, progress, live)
-        finally:
-            progress.close()
-        if live is not None:
-            live.finish(outcome(scenario, summary, out))
-    return report(scenario, summary, out)
+    with ExitStack() as pages:
+        with _live_view(options, progress) as live, run_directory(options.out, scenario.name) as out:
+            if live is not None:
+                print(f"Live view: {live.url}  (open it in a browser; Ctrl-C ends the run)", flush=True)
+                if not options.no_browser:
+                    open_browser(live.url)
+            try:
+                summary = _simulate(options, scenario, out, progress, live)
+            finally:
+                progress.close()
+            page = None
+            if live is not None and live.state.watchers and sys.stdout.isatty() and not summary.get("interrupted"):
+                page = pages.enter_context(serving(out))
+            if live is not None:
+                live.finish(outcome(scenario, summary, out) | {"report": page and page.url})
+        code = report(scenario, summary, out)
+        if page is not None:
+            serve(page)
+    return code
 
 
 def _simulate(options: Namespace, scenario: Any, out: Path, progress: Any, live: Any) -> dict[str, Any]:
@@ -102,6 +117,15 @@ def _check_options(options: Namespace) -> None:
         raise DrakeTrackerError(f"--graphviz {options.graphviz}: this is a folder; name a file")
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
+
+
+def _check_duration(scenario: Any) -> None:
+    """Raises DrakeTrackerError when the run would end before the first measurement reaches the arm."""
+    if scenario.duration < scenario.lag:
+        raise DrakeTrackerError(
+            f"{scenario.where('duration')}: {scenario.duration:g} s is too short, because the first measurement "
+            f"reaches the arm after {scenario.lag:.3g} s"
+        )
 
 
 def _live_view(options: Namespace, progress: Any) -> AbstractContextManager[Any]:

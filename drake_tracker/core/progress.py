@@ -1,5 +1,6 @@
 """Shows the progress of a run, a job or a campaign on the terminal."""
 
+import os
 import shutil
 import sys
 import time
@@ -90,9 +91,11 @@ class Progress(_Line):
             self._first_time = sim_time
         if not self._is_due(now):
             return
-        wall = now - self._first
-        rate = f"{(sim_time - self._first_time) / wall:.2f}x real time" if wall > 0.0 else ""
-        line = f"{sim_time:6.1f} s of {self._duration:g}  {rate:<15}  {activity}"
+        wall, advanced = now - self._first, sim_time - self._first_time
+        rate = f"{advanced / wall:.2f}x real time" if wall > 0.0 else ""
+        if wall > 0.0 and advanced > 0.0:  # a run ends earlier when the object is grasped
+            rate += f", at most {time_left(wall, advanced, self._duration - sim_time)} left"
+        line = f"{sim_time:6.1f} s of {self._duration:g}  {rate:<38}  {activity}"
         if self._terminal:  # a line that wraps could not be rewritten
             line = line[: shutil.get_terminal_size().columns - 1]
         self._show(line, now)
@@ -159,13 +162,20 @@ class TrialsProgress(_Line):
         self._show(line, now)
 
 
-def time_left(wall: float, done: int, missing: int) -> str:
-    """Returns an estimate of the time that the remaining trials take, in words.
+def coloured(text: str, good: bool, stream: TextIO) -> str:
+    """Returns a text in green or red when a stream is a terminal and NO_COLOR is not set, else the text."""
+    if os.environ.get("NO_COLOR") or not stream.isatty():
+        return text
+    return f"\x1b[{32 if good else 31}m{text}\x1b[0m"
+
+
+def time_left(wall: float, done: float, missing: float) -> str:
+    """Returns an estimate of the time that the rest of the work takes, in words.
 
     Args:
-        wall: wall time of the trials done so far [s].
-        done: number of trials done so far.
-        missing: number of trials that remain.
+        wall: wall time of the work done so far [s].
+        done: amount of work done so far.
+        missing: amount of work that remains.
     """
     seconds = round(wall / done * missing)
     if seconds < 60:

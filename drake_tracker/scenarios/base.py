@@ -6,6 +6,7 @@ Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 """
 
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self
@@ -55,6 +56,8 @@ class BaseScenario:
 
     COMMON: ClassVar[tuple[str, ...]] = ()
     """Key paths of the settings that people change most, which `drake-tracker list` shows."""
+    LAG_KEY: ClassVar[str] = "vision.lag_cycles"
+    """Key path of the lag of vision."""
     task: str = setting("", "name of the task")
     name: str = setting("", "name of the scenario; filled in when it is loaded")
     description: str = setting("", "one line for the list of scenarios")
@@ -62,6 +65,11 @@ class BaseScenario:
     seed: int = setting(0, "seed of all random draws", "", (0, 2**32 - 1))
     time_step: float = setting(TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
     origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False, kw_only=True)
+
+    @property
+    def lag(self) -> float:
+        """Time from an image to the packet that is based on the image, without the link [s]."""
+        return operator.attrgetter(self.LAG_KEY)(self) * VISION_PERIOD
 
     def with_settings(self, changes: Mapping[str, Any]) -> Self:
         """Returns a copy with some settings changed.

@@ -271,7 +271,17 @@ def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
 
 
 def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
-    """Yields the key paths of all settings of a dataclass, including those of every kind of a role.
+    """Returns the key paths of all settings of a dataclass, including those of every kind of a role.
+
+    Args:
+        schema: a dataclass of settings.
+        prefix: start of every key path.
+    """
+    return (word[:-1] for word in setting_words(schema, prefix) if word.endswith("="))
+
+
+def setting_words(schema: Any, prefix: str = "") -> Iterator[str]:
+    """Yields what the argument of ``--set`` may begin with: ``key=`` for a setting, ``key=Kind`` for a part.
 
     Args:
         schema: a dataclass of settings.
@@ -280,10 +290,12 @@ def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
     for field in settings_of(schema):
         kinds = kinds_of(field.type)
         parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
-        if not parts:
-            yield prefix + key_of(field)
+        if len(parts) > 1:
+            yield from (f"{prefix}{key_of(field)}={kind.__name__}" for kind in parts)
+        elif not parts:
+            yield f"{prefix}{key_of(field)}="
         for part in parts:
-            yield from setting_keys(part, f"{prefix}{key_of(field)}.")
+            yield from setting_words(part, f"{prefix}{key_of(field)}.")
 
 
 @cache

@@ -5,7 +5,7 @@ Each function returns a list of (key path, what is required), as `BaseScenario.p
 
 from collections.abc import Sequence
 
-from drake_tracker.core.timing import PATH_DURATION, VISION_PERIOD
+from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.link.config import Lossy
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
@@ -22,24 +22,22 @@ Problems = list[tuple[str, str]]
 """(key path, what is required) of each problem."""
 
 
-def link_problems(scenario: BaseScenario, link: object, lag_key: str, lag: float) -> Problems:
+def link_problems(scenario: BaseScenario, link: object) -> Problems:
     """Returns a problem when packets arrive after the path that they predict has ended.
 
     Args:
         scenario: the scenario.
         link: settings of its link.
-        lag_key: key path of the lag of vision.
-        lag: time from an image to the packet that is based on it [s].
     """
     late = link.delay + link.jitter if isinstance(link, Lossy) else 0.0
-    if lag + late < PATH_DURATION:
+    if scenario.lag + late < PATH_DURATION:
         return []
-    key = set_by_user(scenario, ["link.delay", "link.jitter", lag_key])
+    key = set_by_user(scenario, ["link.delay", "link.jitter", scenario.LAG_KEY])
     return [
         (
             key,
             f"lets packets arrive too late: a packet predicts {PATH_DURATION:g} s from its image on, of which vision "
-            f"takes {lag:.3g} s and the link up to {late:.3g} s (delay and jitter)",
+            f"takes {scenario.lag:.3g} s and the link up to {late:.3g} s (delay and jitter)",
         )
     ]
 
@@ -64,11 +62,6 @@ def image_problems(prefix: str, width: int, height: int, cameras: int = 1, super
     key = f"{prefix}.supersampling" if supersampling > 1 else f"{prefix}.width"
     return [(key, f"must be smaller: {what} need {needed / 1024**3:.1f} GiB of memory ({rendered}); at most "
              f"{MOST_IMAGE_MEMORY / 1024**3:g} GiB are allowed")]  # fmt: skip
-
-
-def lag_of(cycles: int) -> float:
-    """Returns a lag of vision given in cycles [s]."""
-    return cycles * VISION_PERIOD
 
 
 def set_by_user(scenario: BaseScenario, keys: Sequence[str]) -> str:

@@ -261,7 +261,10 @@ async function fetchFrame() {
 
 function end(outcome) {
   over = true;
-  $("scene").className += " over";
+  const note = document.createElement("p"); // Meshcat would show that its server is gone
+  note.className = "empty";
+  note.textContent = outcome.report ? "The report of the run has the recording of the scene." : "The scene has ended with the run.";
+  $("scene").replaceChildren(note);
   events.close();
   const panel = $("outcome");
   panel.classList.toggle("good", outcome.success);
@@ -273,6 +276,8 @@ function end(outcome) {
     return [term, value];
   }));
   $("outcome-out").textContent = outcome.out || "";
+  $("outcome-report").hidden = !outcome.report;
+  if (outcome.report) $("outcome-report").href = outcome.report;
   panel.hidden = false;
 }
 

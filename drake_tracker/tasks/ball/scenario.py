@@ -21,7 +21,7 @@ from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems
+from drake_tracker.tasks.plausible import Problems, image_problems, link_problems
 from drake_tracker.vision.centroid.config import FrameDifference
 from drake_tracker.vision.centroid.detectors import DETECTORS
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
@@ -98,6 +98,7 @@ class BallScenario(BaseScenario):
             "faults",
         ),
     )
+    LAG_KEY: ClassVar[str] = "vision.throughput_cycles"
     hand: ClassVar[HandKind] = HandKind.CUP
     task: str = setting("ball", "name of the task")
     duration: float = setting(15.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
@@ -147,13 +148,12 @@ def catch_problems(scenario: BallScenario) -> Problems:
     Args:
         scenario: of the ball.
     """
-    catch, lag = scenario.catch, lag_of(scenario.vision.throughput_cycles)
-    found = link_problems(scenario, scenario.link, "vision.throughput_cycles", lag)
+    catch, lag = scenario.catch, scenario.lag
+    found = link_problems(scenario, scenario.link)
     if not found and lag >= catch.trust_time:
-        key = "vision.throughput_cycles"
         found.append(
             (
-                key,
+                scenario.LAG_KEY,
                 f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and the longest age is "
                 f"{catch.trust_time:g} s",
             )

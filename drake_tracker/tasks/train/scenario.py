@@ -19,7 +19,7 @@ from drake_tracker.link.link import LINKS
 from drake_tracker.measured.config import OneObject, SeveralObjects
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.tree import Value, merge
-from drake_tracker.tasks.plausible import Problems, image_problems, lag_of, link_problems, set_by_user
+from drake_tracker.tasks.plausible import Problems, image_problems, link_problems, set_by_user
 from drake_tracker.vision.centroid.config import MotionCentroid
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.config import (
@@ -230,7 +230,7 @@ class TrainScenario(BaseScenario):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
         if isinstance(self.vision, Measured) and isinstance(self.arm, Puma560) and self.arm.markers:
             found.append(("arm.markers", "must be false with vision !Measured, which has no images of the hand"))
-        late = link_problems(self, self.link, "vision.lag_cycles", lag_of(self.vision.lag_cycles))
+        late = link_problems(self, self.link)
         return found + late + ([] if late else grasp_problems(self))
 
     def _object_problems(self) -> list[tuple[str, str]]:
@@ -320,7 +320,7 @@ def grasp_problems(scenario: TrainScenario) -> Problems:
 
 def _blind_time_problems(scenario: TrainScenario) -> Problems:
     """Returns a problem when a predicted path ends before the jaws would touch the object."""
-    grasp, lag = scenario.grasp, lag_of(scenario.vision.lag_cycles)
+    grasp, lag = scenario.grasp, scenario.lag
     descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
     if lag + descent <= PATH_DURATION:
         return []
