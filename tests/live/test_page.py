@@ -3,10 +3,12 @@
 import base64
 import re
 import signal
+import sys
 import time
 
 import cv2
 import numpy as np
+import pexpect
 import pytest
 from browsing import NEVER_GRASPS, PATIENCE, SELECTING, chromium, live_run, until
 
@@ -213,3 +215,23 @@ def test_a_click_on_an_object_makes_it_the_target(browser, run):
     assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
     selected = load_log(run.out / "log.npz")["operator"]["selected"]
     assert selected[np.append(True, np.diff(selected) != 0.0)].tolist() == [0, 2, 1]
+
+
+def test_at_its_end_the_page_links_to_the_report(browser, tmp_path):
+    out = tmp_path / "run"
+    options = ["--live", "--set", "vision=Measured", "--duration", "1.5", "--no-record", "--out", str(out)]
+    run = pexpect.spawn(sys.executable, ["-m", "drake_tracker", "run", "train", *options], timeout=PATIENCE)
+    run.expect(r"Live view: (\S+)")
+    page = Page(browser, run.match[1].decode())
+    until(lambda: page("#outcome-report").is_visible())
+    assert "recording of the scene" in page("#scene").inner_text() and page.troubles == []
+    run.expect(r"(http://\S+)  \(Ctrl-C ends it\)")
+    assert page("#outcome-report").get_attribute("href") == run.match[1].decode()
+    with page.page.expect_popup() as popup:
+        page("#outcome-report").click()
+    until(lambda: "train" in popup.value.title())
+    assert "not lifted" in popup.value.locator("body").inner_text()
+    run.sendintr()
+    run.expect(pexpect.EOF)
+    run.close()
+    assert run.exitstatus == 1, "the exit code is that of the run"
