@@ -57,7 +57,9 @@ def test_run_passes_everything_on(simulated, tmp_path):
 def test_a_run_that_ends_before_the_first_measurement_is_refused(simulated, capsys, scenario, lag):
     assert cli.main(["run", scenario, "--duration", "0.05"]) == 2
     assert simulated.calls == [] and not Path("runs").exists()
-    words = f"--duration 0.05: duration: 0.05 s is too short, because the first measurement reaches the arm after {lag} s"
+    words = (
+        f"--duration 0.05: duration: 0.05 s is too short, because the first measurement reaches the arm after {lag} s"
+    )
     assert capsys.readouterr().err == f"drake-tracker: {words}\n"
 
 

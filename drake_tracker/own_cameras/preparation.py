@@ -14,8 +14,6 @@ from drake_tracker.cameras.files.camera_files import OWN, load_cameras
 from drake_tracker.cameras.files.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.cameras.latency.camera_latency import load_latencies
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.estimation.config import CoordinatedTurn
-from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
 from drake_tracker.footage.recording import FootageRecorder, find_recordings
@@ -24,8 +22,7 @@ from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.own_cameras.choice import LEFT, check_choice, check_effect, read_pixel, read_window
 from drake_tracker.own_cameras.detector_choice import Suited, can_suit, suited, suited_live
 from drake_tracker.own_cameras.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
-from drake_tracker.own_cameras.scale import is_scaled, own_estimator, usual_gap
-from drake_tracker.scenarios.base import Custom
+from drake_tracker.own_cameras.scale import ESTIMATOR_SETTINGS, is_scaled, own_estimator, usual_gap
 from drake_tracker.scenarios.reader import read_option
 from drake_tracker.vision.centroid.config import NormalFlow
 from drake_tracker.vision.centroid.detectors import DETECTORS, SCENE_DETECTORS, make_detector
@@ -34,8 +31,6 @@ from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
 from drake_tracker.vision.image_tracks.pyramid_level import reduced_pixel, reduced_window
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
-ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
-"""Settings of the estimators that ``--estimator`` may name."""
 LEAST_RATE, GREATEST_RATE = 0.01, 1e5
 """Lowest and highest number of images per second; the fastest cameras take some 1e5 at a useful size."""
 _PRINCIPAL_POINT = (0.25, 0.75)

@@ -10,10 +10,12 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.bouncing import noticing_bounces
 from drake_tracker.estimation.config import CoordinatedTurn
-from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator import ESTIMATORS, SURFACE_ESTIMATORS, Estimator
 from drake_tracker.estimation.unit_free import UnitFreeEstimator
 from drake_tracker.scenarios.base import Custom
 
+ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
+"""Settings of the estimators that ``--estimator`` may name."""
 GAP_PIXELS = 16.0
 """Largest gap between two rays: what so many pixels of the left image cover where the cameras look."""
 PARALLEL = 0.05

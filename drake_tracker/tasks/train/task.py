@@ -114,7 +114,7 @@ class TrainTask(Task[TrainScenario]):
         ("position_rms_m", "present position error, rms", _MM),
         ("triangulation_rms_m", "triangulation error, rms", _MM),
         ("triangulation_jitter_m", "triangulation jitter", _MM),
-        ("vision_valid_fraction", "cycles with a valid point", _PERCENT),
+        ("vision_valid_fraction", "cycles with a valid point while the arm uses vision", _PERCENT),
         ("closing_onset_error_s", "closing, relative to the last possible instant", (1e3, "ms", 0)),
     )
     result_rows = (

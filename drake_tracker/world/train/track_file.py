@@ -1,13 +1,11 @@
 """Reads a track from a text file with the header x,y."""
 
-import csv
-import io
 import math
 
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.files.regular_file import read_text
+from drake_tracker.core.files.csv_file import read_rows, shown
 
 LARGEST = 4 * 1024 * 1024
 """Greatest size of a file [bytes], about 200,000 points."""
@@ -57,20 +55,13 @@ def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.nd
 def _read_points(path: str) -> tuple[list[tuple[float, float]], list[int]]:
     """Returns the points of a file [m] and the lines on which they stand."""
     points, lines = [], []
-    try:
-        reader = csv.reader(io.StringIO(read_text(path, LARGEST, encoding="utf-8-sig"), newline=""))
-        header = [name.strip().lower() for name in next(reader, [])]
-        if header != ["x", "y"]:
-            shown = _show(header)
-            raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{shown}'")
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                points.append(_read_row(row, f"track file {path}, line {reader.line_num}"))
-                lines.append(reader.line_num)
-    except OSError as error:
-        raise DrakeTrackerError(f"track file '{path}' cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DrakeTrackerError(f"track file {path} is not a text file of comma-separated values") from error
+    rows = read_rows(path, "track file", LARGEST)
+    header = [name.lower() for name in next(rows, (1, []))[1]]
+    if header != ["x", "y"]:
+        raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{shown(header)}'")
+    for line, row in rows:
+        points.append(_read_row(row, f"track file {path}, line {line}"))
+        lines.append(line)
     return points, lines
 
 
@@ -78,12 +69,7 @@ def _read_row(row: list[str], place: str) -> tuple[float, float]:
     try:
         x, y = (float(cell) for cell in row)
     except ValueError:
-        raise DrakeTrackerError(f"{place}: '{_show(row)}' is not two numbers x,y in metres") from None
+        raise DrakeTrackerError(f"{place}: '{shown(row)}' is not two numbers x,y in metres") from None
     if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
-        raise DrakeTrackerError(f"{place}: '{_show(row)}' is not within {FARTHEST:g} m of the origin of W")
+        raise DrakeTrackerError(f"{place}: '{shown(row)}' is not within {FARTHEST:g} m of the origin of W")
     return x, y
-
-
-def _show(row: list[str]) -> str:
-    text = ",".join(row)
-    return text if len(text) <= 60 else f"{text[:57]}..."
