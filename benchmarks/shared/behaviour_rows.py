@@ -77,6 +77,7 @@ RESTS_ON = {
         shake=_LEARNED,
         cost=(*_LEARNED, "train:two"),
     ),
+    "paper_figures": ("train",),
     "singh_flow": _LEARNED,
     "start_up": ("train", *_LEARNED),
     "terminations": ("train",),

@@ -60,6 +60,14 @@ def marked(text: str, rows: list[Row]) -> str:
     return "\n".join([*lines, "", note])
 
 
+def stale(make: Callable[[], str]) -> tuple[str, set[str]]:
+    """Returns what a function returns, and the scenarios whose behaviour has changed since."""
+    with results.recorded() as used:
+        text = make()
+    rows = used.rows or [row for name in used.files for row in _results(name)]
+    return text, {name for row in rows for name in other_behaviours(row)}
+
+
 @cache
 def _results(name: str) -> list[Row]:
     """Returns the results of a file NAME.jsonl or NAME.json."""
