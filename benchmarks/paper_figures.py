@@ -2,7 +2,7 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/paper_figures.py [--seeds N] [--json FILE]
 
-Each seed is a tracking run of three laps with cameras (`drake_tracker/figures/loop_runs.py`), half a minute of wall time.
+Each seed is a tracking run of three laps with cameras (`drake_tracker/figures/loop_runs.py`), half a minute long.
 """
 
 import argparse

@@ -224,8 +224,9 @@ def test_at_its_end_the_page_links_to_the_report(browser, tmp_path):
     run.expect(r"Live view: (\S+)")
     page = Page(browser, run.match[1].decode())
     until(lambda: page("#outcome-report").is_visible())
-    assert "recording of the scene" in page("#scene").inner_text() and page.troubles == []
     run.expect(r"(http://\S+)  \(Ctrl-C ends it\)")
+    (scene,) = (frame for frame in page.page.frames if "localhost" in frame.url)
+    assert not scene.locator("#status-message").is_visible(), "the scene complains that the run is over"
     assert page("#outcome-report").get_attribute("href") == run.match[1].decode()
     with page.page.expect_popup() as popup:
         page("#outcome-report").click()

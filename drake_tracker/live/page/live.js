@@ -261,10 +261,7 @@ async function fetchFrame() {
 
 function end(outcome) {
   over = true;
-  const note = document.createElement("p"); // Meshcat would show that its server is gone
-  note.className = "empty";
-  note.textContent = outcome.report ? "The report of the run has the recording of the scene." : "The scene has ended with the run.";
-  $("scene").replaceChildren(note);
+  $("scene").className += " over";
   events.close();
   const panel = $("outcome");
   panel.classList.toggle("good", outcome.success);
