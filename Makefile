@@ -3,6 +3,7 @@
 # make setup     installs the tools of developers too; every target below does so first
 # make lint      checks style, format and types
 # make test      runs the tests (PYTEST_ARGS="tests/vision -k window" for some, WORKERS=1 for one process)
+# make notebooks runs every notebook (make test runs the two shortest)
 # make coverage  runs the tests and reports the lines that they do not reach; pages in build/coverage
 # make docs      builds the documentation in docs/_build/html
 # make pins      updates the versions in constraints.txt (UPGRADE=--upgrade for the newest)
@@ -13,7 +14,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup install libraries lint test coverage demo docs bench-ball bench-estimation pins clean
+.PHONY: setup install libraries lint test notebooks coverage demo docs bench-ball bench-estimation pins clean
 
 PYTHONS ?= python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
@@ -89,6 +90,9 @@ lint: setup
 
 test: setup
 	@$(PYTEST) $(PYTEST_ARGS)
+
+notebooks: setup
+	@ALL_NOTEBOOKS=1 $(PYTEST) tests/test_notebooks.py
 
 coverage: setup
 	@$(PYTEST) --cov --cov-report=term --cov-report=html $(PYTEST_ARGS)
