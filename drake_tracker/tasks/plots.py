@@ -48,7 +48,7 @@ def draw_motion_images(images: Mapping[str, Any], path: Path) -> None:
         for ax, (title, _, _) in zip(axes[0], columns):
             ax.set_title(title)
         with replacing(path) as beside:
-            figure.savefig(beside, dpi=200)
+            figure.savefig(beside, dpi=200, bbox_inches="tight", pad_inches=0.08)
 
 
 def time_axis_length(spans: Sequence[PhaseSpan]) -> float:

@@ -129,7 +129,7 @@ def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path
             if box is not None:
                 _enlarge(ax, image, box, look)
         with replacing(path) as beside:
-            figure.savefig(beside, dpi=200)
+            figure.savefig(beside, dpi=200, bbox_inches="tight", pad_inches=0.08)
 
 
 def _enlarge(ax: Axes, image: np.ndarray, box: tuple[float, float, float], look: dict[str, Any]) -> None:

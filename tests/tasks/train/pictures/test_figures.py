@@ -112,7 +112,7 @@ def test_motion_images(tmp_path):
     images = MotionImages(grey, grey - 30.0, grey, grey, grey, np.where(grey > 30, 255, 0).astype(np.uint8))
     draw_motion_images({"left": images, "right": images}, tmp_path / "motion.png")
     image = cv2.imread(str(tmp_path / "motion.png"))
-    assert image.shape[1] == 3000 and image.shape[0] > 1000
+    assert abs(image.shape[1] - 3000) < 40 and image.shape[0] > 1000
 
 
 def test_the_map_shows_the_other_objects_that_were_tracked(scenario, episode, grasp_phases, tmp_path):
