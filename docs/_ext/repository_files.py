@@ -67,6 +67,9 @@ def show(app, docname, source):
 
 def copy_notebooks(app):
     """Copies the notebooks, with their output, to where Sphinx finds them."""
+    for page in TUTORIALS.glob("*.ipynb"):
+        if not (NOTEBOOKS / page.name).exists():  # of a notebook that was renamed
+            page.unlink()
     for path in sorted(NOTEBOOKS.glob("*.ipynb")):
         notebook = json.loads(path.read_text(encoding="utf-8"))
         page = TUTORIALS / path.name
