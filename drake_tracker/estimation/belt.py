@@ -1,8 +1,8 @@
-"""The estimator of a belt: where all its parts are, and the one speed with which it carries them.
+"""The estimator of a belt: the positions of all parts, and the common speed with which the belt carries them.
 
-All parts share the speed of the belt, so that every one of them measures it. A part that slips, or is pushed, has a
-speed of its own on top of it. The positions along the belt and the speeds are the state of one Kalman filter; positions
-across the belt and directions are filtered part by part, since the belt does not change them.
+All parts share the speed of the belt, so that every part measures this speed. A part that slips or is pushed has an
+additional own speed. The positions along the belt and the speeds are the state of one Kalman filter; positions across
+the belt and directions are filtered part by part, since the belt does not change them.
 """
 
 import math
@@ -30,11 +30,11 @@ OWN_SPEED = 0.1
 OUTLIER = 5.0
 """A part whose innovation exceeds the median one by more standard deviations than this does not move with the belt."""
 OUTLIER_COUNT = 4
-"""Number of consecutive outliers after which a part gets a speed of its own."""
+"""Number of consecutive outliers after which a part gets an own speed."""
 FEWEST = 3
 """Number of parts from which on the median one tells how the belt moves."""
 SETTLED = 0.003
-"""Own speed [m/s] below which, once it is known as well, a part moves with the belt again."""
+"""Own speed [m/s] below which a part moves with the belt again, once the own speed is known well enough."""
 
 
 class PartPoint(NamedTuple):
@@ -65,7 +65,7 @@ class PartPoint(NamedTuple):
 
 @dataclass(frozen=True)
 class BeltPart:
-    """What is known of a part besides its position along the belt.
+    """State of a part besides its position along the belt.
 
     Attributes:
         number: identity.
@@ -159,7 +159,7 @@ class BeltEstimator:
     def update(
         self, state: BeltState, stamp: float, points: Sequence[PartPoint], travel: Travel | None = None
     ) -> BeltState:
-        """Returns the state after all points of one stamp. One that is not newer than the state leaves it as it is.
+        """Returns the state after all points of one stamp. A message that is not newer than the state is ignored.
 
         Args:
             state: the state before.

@@ -27,8 +27,8 @@ FASTER = 1.5
 not become faster, whereas two outliers may be anywhere."""
 
 NOTICED = 30.0
-"""A bounce is noticed when the evidence exceeds so many times the usual one. With 10, the swaying of somebody who walks
-was taken for bounces; those of a ball mostly reach 45 after two points and 100 after three."""
+"""A bounce is noticed when the evidence exceeds so many times the usual one. With 10, the swaying of a walking person
+was taken for bounces. Bounces of a ball mostly reach 45 after two points and 100 after three."""
 
 State = TypeVar("State", bound=EstimatorState)
 
@@ -103,5 +103,5 @@ def is_noticed(bounce: Bounce, usual: float) -> bool:
 
 
 def noticing_bounces(estimator: Estimator[Any]) -> Estimator[Any]:
-    """Returns an estimator that notices bounces: the same one, if it cannot start again with a few points."""
+    """Returns an estimator that notices bounces; the given estimator, if it cannot start again with a few points."""
     return BouncingEstimator(estimator) if isinstance(estimator, RestartingEstimator) else estimator

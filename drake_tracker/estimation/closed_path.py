@@ -1,8 +1,8 @@
 """The closed-path estimator: it detects that the path repeats, learns it, and predicts along it.
 
-Until the path has closed, the estimator is the coordinated-turn filter and predicts the same. From then on it only
-estimates the object's position and speed along the learned path, so that a bend ahead is no longer a surprise. The
-coordinated-turn filter keeps running and takes over again when the points leave the learned path.
+Until the path has closed, the estimator is the coordinated-turn filter and predicts the same. From then on, the
+estimator only estimates position and speed along the learned path, so that bends ahead are known. The coordinated-turn
+filter keeps running and takes over again when the points leave the learned path.
 """
 
 import math
@@ -250,7 +250,7 @@ def _distance_between(before: TurnFilterState, after: TurnFilterState, dt: float
 def _link_lost(before: TurnFilterState, after: TurnFilterState, dt: float) -> bool:
     """Returns whether the path after ``before`` can no longer be linked to the path up to it.
 
-    That is so when the object was out of sight for so long that it may have completed a lap, or when it turned about.
+    The link is lost if the object was out of sight for longer than a lap may take, or turned about.
 
     Args:
         before: the earlier state.

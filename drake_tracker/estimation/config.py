@@ -47,7 +47,7 @@ class AlphaBetaGamma:
 @dataclass(frozen=True)
 class CoordinatedTurn:
     """Two extended Kalman filters of an object that moves along an arc of slowly changing speed and curvature: one
-    expects gentle bends, the other sharp ones. Their predictions are weighted by their past errors."""
+    filter expects gentle bends, the other sharp bends. Their predictions are weighted by their past errors."""
 
     speed_noise: ClassVar[float] = 0.003
     """Least process noise of the speed [m/s/sqrt(s)]; chosen."""

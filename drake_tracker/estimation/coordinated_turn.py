@@ -1,12 +1,12 @@
 """The coordinated-turn estimator: two coordinated-turn filters with different process noise of the curvature.
 
-How much the curvature changes is a property of the path: a rectangle with round corners needs a process noise several
-times that of an oval, and with the wrong one the errors double. The noise is therefore estimated online. One filter
-expects gentle bends, the other sharp ones; the prediction is the mean of theirs, weighted by how well their predictions
-came true during the last seconds. This is a static bank of filters (Bar-Shalom, Li and Kirubarajan, Estimation with
-Applications to Tracking and Navigation, 2001, section 11.6.2), with two differences. The errors of predictions
-`AHEAD` are compared, not the innovations of the next point, because correlated noise of the points makes the latter
-favour the larger process noise. And the past is forgotten, because a path may change.
+The change of curvature is a property of the path: a rectangle with round corners needs several times the process noise
+of an oval. With the wrong process noise, the errors double. The noise is therefore estimated online. One filter expects
+gentle bends, the other sharp bends. The prediction is the weighted mean of both predictions; the weights follow from
+the errors of the filters' predictions during the last seconds. This is a static bank of filters (Bar-Shalom, Li and
+Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 11.6.2), with two differences. The
+errors of predictions `AHEAD` are compared, not the innovations of the next point, because correlated noise of the
+points makes the latter favour the larger process noise. And the past is forgotten, because a path may change.
 
 A sharp bend does not last long. The filter that expects them predicts that the curvature fades, see `fading_turn`.
 """
@@ -100,7 +100,7 @@ class CoordinatedTurnEstimator:
     def with_speed(self, state: CoordinatedTurnState, gain: float, std: float) -> CoordinatedTurnState:
         """Returns the state of an object that has just changed its speed, see `TurnFilter.with_speed`.
 
-        What was predicted before says nothing about the bends.
+        Earlier predictions say nothing about the bends.
         """
         gentle, sharp = (
             f.with_speed(s, gain, std) for f, s in ((self._gentle, state.gentle), (self._sharp, state.sharp))

@@ -2,7 +2,7 @@
 
 An estimator is functional: it never changes itself or a state, and `Estimator.update` returns a new state. A run can
 therefore be resumed from any earlier state, and a Drake Context can be cloned at no cost. `check_estimator` tries an
-estimator on two seconds of points and reports in one line what it does wrong.
+estimator on two seconds of points and reports the first violation in one line.
 """
 
 from typing import Any, Protocol, TypeVar, runtime_checkable
@@ -47,7 +47,7 @@ def make_estimator(kind: Any, **parameters: Any) -> "Estimator[Any]":
 
 @runtime_checkable
 class EstimatorState(Protocol):
-    """What an estimator remembers: an immutable value, normally a frozen dataclass."""
+    """The memory of an estimator: an immutable value, normally a frozen dataclass."""
 
     @property
     def stamp(self) -> float:
@@ -143,7 +143,7 @@ def check_estimator(estimator: Any, name: str | None = None) -> None:
 
 
 def _find_error(estimator: Estimator[Any]) -> str | None:
-    """Returns what is wrong, beginning with the name of the method; None if nothing is."""
+    """Returns the violation, beginning with the name of the method; None if nothing is."""
     state = estimator.initial_state()
     if not hasattr(state, "stamp"):
         return f"initial_state returned a {type(state).__name__} without stamp, the capture time of the newest point"

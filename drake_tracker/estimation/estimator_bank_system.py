@@ -90,9 +90,9 @@ class EstimatorBankSystem(LeafSystem):
     - ``tracks``: a `TrackPoints` vector, read at each update. The estimator of a track is updated with its position
       where the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
     - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
-      target, the next packet is one of that track. The number of packets so far goes on counting; ``seq`` is this
+      target, the next packet belongs to that track. The number of packets so far goes on counting; ``seq`` is this
       number plus `TARGET_STRIDE` times the number of the track, so that the arm knows which object a packet is about.
-      The direction of an object that stands is that of the last piece of its path (`point_check.heading_at_rest`).
+      An object at rest keeps the direction of the last piece of its path (`point_check.heading_at_rest`).
     - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
       whose estimators are ready.
 
@@ -194,7 +194,7 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns the packet and the filtered state of an object that stands, with the direction in which it lies.
 
-    That is the direction that the images show. If they do not, it is the one that the object's trail tells.
+    The images show this direction. If they do not, it is the one that the object's trail tells.
 
     Args:
         packet: a `Prediction` vector.

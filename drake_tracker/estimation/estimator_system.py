@@ -67,8 +67,8 @@ class EstimatorSystem(LeafSystem):
     The System is updated every ``period``, after ``offset``: by default every `VISION_PERIOD`, a quarter of a plant
     step after the images. Both outputs depend on the state alone.
 
-    With ``numbered`` there is one more input, ``number``: the identity of the object that the point is of. When it
-    becomes that of another object, the estimator starts again, and the outputs are all zeros.
+    With ``numbered`` there is one more input, ``number``: the identity of the measured object. When the identity
+    changes, the estimator starts again, and the outputs are all zeros.
 
     Args:
         estimator: the estimator.

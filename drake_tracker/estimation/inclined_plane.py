@@ -23,7 +23,7 @@ from drake_tracker.estimation.parts.rolling_ball import RollingBallModel
 MAX_SPEED_FACTOR = 1.5
 """A ball is no faster than this factor times the speed of a free roll down the whole board."""
 JUMP_COUNT = 2
-"""After this many consecutive points that fail a check the ball is taken to be there."""
+"""After this many consecutive points that fail a check, the ball is assumed to be at the newest point."""
 MIN_EXIT_SPEED = 0.05
 """Slower crossings do not determine the time [m/s]."""
 

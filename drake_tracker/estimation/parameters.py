@@ -1,7 +1,6 @@
 """Range checks of the parameters of an estimator; each error is one clear line.
 
-A constructor accepts a wider range than a scenario file: what the arithmetic can work with, not what makes sense on a
-train or a ball.
+A constructor accepts a wider range than a scenario file: every value for which the arithmetic works.
 """
 
 import math

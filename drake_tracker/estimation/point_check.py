@@ -1,4 +1,4 @@
-"""Which measured points the host uses: one that cannot be right must neither end it nor spoil what it has learned."""
+"""Checks of the measured points: an impossible point must neither end the host nor spoil a learned path."""
 
 import math
 
@@ -14,8 +14,8 @@ OLDEST = 600
 SPACING = 0.004
 """Distance between two places that are remembered [m], a few standard deviations of a point."""
 NEAREST_PLACE, FARTHEST_PLACE = 0.012, 0.030
-"""Distances from the place of rest between which the places passed tell the direction [m]: nearer ones are too noisy,
-and those farther away may lie before a corner."""
+"""Range of distances from the place of rest within which earlier positions give the direction [m]. Nearer positions are
+too noisy; farther positions may lie before a corner."""
 MOST_PLACES = 30
 """Places that are remembered."""
 
@@ -61,8 +61,8 @@ def passed(trail: np.ndarray, x: float, y: float) -> np.ndarray:
 def heading_at_rest(trail: np.ndarray, x: float, y: float, heading: float) -> float:
     """Returns the direction of an object at rest [rad], up to a quarter of a turn from the stated one.
 
-    The object lies along the last piece of its path, in one of two directions. The one nearer to the stated direction
-    is returned: an object may have backed up, and jaws grasp it alike from either side.
+    The object lies along the last piece of its path, in one of two directions. Of both directions of the line, the
+    direction nearer to the stated direction is returned: the object may have backed up, and the jaws are symmetric.
 
     Args:
         trail: the places that it passed, shape (n, 2) [m].

@@ -1,8 +1,8 @@
-"""What estimators that notice sudden changes share: they wrap a filter, and return to its state before the change.
+"""Common part of estimators that notice sudden changes: they wrap a filter, and return to its state before the change.
 
 A filter that averages over many points is exact while an object moves smoothly, and slow when the motion changes. A
-wrapper keeps the newest points, and the states of the filter after each of them. When the points leave the motion that
-was expected from the oldest of these states, the wrapper returns to the state before the change, and filters the points
+wrapper keeps the newest points, and the state of the filter after each point. When the points leave the motion that was
+expected from the oldest of these states, the wrapper returns to the state before the change, and filters the points
 since then again. If the change turns out to be a mistake, the filter that ignored it is still there.
 
 While nothing is noticed, the predictions are those of the wrapped filter, bit for bit.
@@ -109,7 +109,7 @@ class ReplayEstimator(Generic[Wrapped]):
         return self.noticed(state, calm, (*kept, newest))
 
     def noticed(self, state: ReplayState, calm: Any, recent: tuple[RecentPoint, ...]) -> ReplayState:
-        """Returns the state after a point, with what it shows of a change.
+        """Returns the state after a point, with the evidence for a change.
 
         Args:
             state: the state before.
@@ -119,8 +119,8 @@ class ReplayEstimator(Generic[Wrapped]):
         raise NotImplementedError
 
     def _expected(self, recent: tuple[RecentPoint, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns times since the oldest point, shape (n,) [s], where the others are expected, shape (n, 4), and by how
-        much each is away from there, shape (n, 2) [m]."""
+        """Returns the times since the oldest point, shape (n,) [s], the expected positions of the other points, shape
+        (n, 4), and their residuals, shape (n, 2) [m]."""
         base, *tested = recent
         stamps = np.array([each.stamp for each in tested])
         expected = self._estimator.predict(base.state, stamps)

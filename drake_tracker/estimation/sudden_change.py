@@ -29,7 +29,7 @@ NOTICED = 10.0
 expected value of the square of a normal variable, the largest of several, so that this is about four standard
 deviations. This, `KEPT` and `MARGIN` were chosen on seeds 900 to 972, which no result uses."""
 KEPT = 6.0
-"""The same ratio for a change that was found to be real at the last point."""
+"""The same ratio for a change that the last point confirmed."""
 MEMORY = 4.0
 """Time constant of the usual value [s]."""
 
@@ -103,5 +103,5 @@ def is_real(change: SpeedChange, state: ReplayState) -> bool:
 
 
 def with_speed_change_detection(estimator: Estimator[Any]) -> Estimator[Any]:
-    """Returns an estimator that notices sudden changes of speed: the same one, if it cannot be told the speed."""
+    """Returns an estimator that notices sudden changes of speed; the given estimator, if its speed cannot be set."""
     return SuddenChangeEstimator(estimator) if isinstance(estimator, SpeedEstimator) else estimator

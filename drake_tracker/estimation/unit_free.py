@@ -2,7 +2,7 @@
 
 The estimators have constants that suit a toy train: noise of millimetres, 0.15 m/s. This wrapper measures the speed and
 the noise of the first points and gives the wrapped estimator points in a unit in which the object is as fast as that
-train. What it predicts is multiplied by the unit again. Points in metres, millimetres or pixels of the same motion thus
+train. Its predictions are multiplied by the unit again. Points in metres, millimetres or pixels of the same motion thus
 give the same result, up to the unit. When the speed turns out to be another, the newest points are filtered again in a
 new unit.
 
@@ -42,8 +42,8 @@ _FROM_SECOND_DIFFERENCES = 1.0 / (math.sqrt(6.0) * 1.54)
 axes, and 1.54 is the median of the length of a vector with three normal components."""
 
 NOISE_FACTOR = 6.0
-"""Largest noise that an estimator may assume, as a multiple of that of the third differences. With a smaller one it
-follows the swaying of somebody who walks."""
+"""Largest noise that an estimator may assume, as a multiple of that of the third differences. With a smaller factor,
+the estimator follows the swaying of a walking person."""
 _FROM_THIRD_DIFFERENCES = 1.0 / (math.sqrt(20.0) * 1.177)
 """Noise per axis divided by the median length of third differences of x and y: each has sqrt(20) times the noise, and
 1.177 is the median of the length of a vector with two normal components."""

@@ -1,4 +1,4 @@
-"""What estimators are made of: filters, models of motion, and changes of speed.
+"""Parts of estimators: filters, models of motion, and changes of speed.
 
 Points and states go in; filtered states and predicted rows come out. Each module has one piece of arithmetic with its
 source, and none is an estimator by itself. Begin with the estimator that uses a part: `arc_length.py` uses `arc`,

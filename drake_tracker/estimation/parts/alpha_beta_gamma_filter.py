@@ -68,8 +68,8 @@ def alpha_beta_gamma_gains(tracking_index: float) -> AlphaBetaGammaGains:
 def starting_gains(count: int, steady: AlphaBetaGammaGains) -> AlphaBetaGammaGains:
     """Returns the gains of one of the first measurements.
 
-    They are those of a least-squares parabola through all measurements so far (a constant through one, a line through
-    two) until the steady gains are larger. A filter that starts with its steady gains rings instead.
+    Until the steady gains are larger, the gains fit a least-squares parabola through all measurements so far (a
+    constant through one measurement, a line through two). A filter that starts with its steady gains rings instead.
 
     Args:
         count: number of earlier measurements.

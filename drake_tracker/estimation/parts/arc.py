@@ -67,8 +67,8 @@ def delta_power(s: float, phi: float, n: ArrayLike) -> tuple[np.ndarray, np.ndar
     """Returns the n-th power of T_delta in the plane, as (position, turn).
 
     The position is complex, x + iy [m] in the chord frame; the turn is n phi [rad]; both have the shape of ``n``. All
-    powers of T_delta rotate about the centre of the circle, also fractional and negative ones. For an integer n the sum
-    of s e^(i j phi) over j = 1..n is s e^(i (n + 1) phi / 2) sin(n phi / 2) / sin(phi / 2).
+    powers of T_delta, also fractional and negative powers, rotate about the centre of the circle. For an integer n the
+    sum of s e^(i j phi) over j = 1..n is s e^(i (n + 1) phi / 2) sin(n phi / 2) / sin(phi / 2).
 
     Args:
         s: arc length [m].

@@ -1,8 +1,8 @@
 """The error of an estimator's recent predictions, and what it implies for the next prediction.
 
-An estimator cannot see its own model error, but it can keep what it predicted and compare it later. The error of
-extrapolating a path of changing curvature grows between the first power of the horizon (heading error) and the second
-(curvature error); the power 3/2 lies between them.
+An estimator cannot see its own model error, but it can store predictions and compare them with later points. The error
+of extrapolating a path of changing curvature grows between the first power of the horizon (heading error) and the
+second (curvature error); the power 3/2 lies between them.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ _TIME_CONSTANT = 1.0
 
 @dataclass(frozen=True)
 class ErrorGrowth(FrozenState):
-    """Predictions that are not due yet, and the mean square error of those that were.
+    """Pending predictions, and the mean square error of past predictions.
 
     Attributes:
         kept: tuple of (due time [s], x [m], y [m]), oldest first.

@@ -33,7 +33,8 @@ STRAYING = 0.001
 OUTLIER_STD = 6.0
 """A point this many standard deviations off along the path, for any motion of the object, is an outlier."""
 JUMP_COUNT = 5
-"""Number of consecutive outliers, 0.1 s at 60 Hz, after which the object is taken to be there; fewer are ignored."""
+"""Number of consecutive outliers, 0.1 s at 60 Hz, after which the follower jumps to the newest point; fewer outliers
+are ignored."""
 NOISE_TIME = 4.0
 """Time constant of the noise estimate on the path [s]."""
 MAX_CORRELATION = 0.95

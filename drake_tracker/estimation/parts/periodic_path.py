@@ -1,8 +1,8 @@
 """A closed path learned from points: position as a periodic function of arc length, by Bayesian linear regression.
 
 Each coordinate is a Fourier series over the lap. Where the curvature of a track jumps, as between a straight and a
-bend, the amplitudes fall with the third power of the harmonic. That is the prior: it prevents the many harmonics that
-a sharp bend needs from fitting the noise elsewhere.
+bend, the amplitudes fall with the third power of the harmonic. This prior prevents the many harmonics that a sharp bend
+needs from fitting the noise elsewhere.
 """
 
 import math
@@ -135,8 +135,8 @@ def learn_even_path(
 ) -> tuple[PeriodicPath, np.ndarray]:
     """As `learn_path`, for an object of constant speed.
 
-    Of the lap times near the given one it chooses the one for which points of different laps agree best. The points
-    that passed a place twice determine it, the more accurately the more of them there are.
+    The function chooses the lap time, near the given lap time, for which points of different laps agree best. Points
+    that passed a place twice determine the lap time; more points make it more accurate.
 
     Args:
         times: capture times of the points, oldest first, shape (n,) [s].

@@ -29,7 +29,7 @@ MIN_PROBABILITY = 1e-9
 
 
 class Mode(NamedTuple):
-    """One filter, in plain numbers, which for so few are faster than arrays.
+    """One filter in plain numbers, which are faster than small arrays.
 
     Attributes:
         mean: arc length s [m], speed v [m/s], acceleration a [m/s^2].
@@ -178,7 +178,8 @@ def normalized_distance(modes: Modes, s: float, variance: float) -> float:
 
 
 def _mix(modes: Modes, dt: float) -> list[Mode]:
-    """Returns the modes, each mixed with what changed to it from the others in ``dt`` [s]."""
+    """Returns the modes after mixing: each mode receives its share of the other modes that changed to it in ``dt``
+    [s]."""
     leaves = [
         0.5 * mode.probability * (1.0 - math.exp(-dt / sojourn)) for mode, sojourn in zip(modes, SOJOURN, strict=True)
     ]

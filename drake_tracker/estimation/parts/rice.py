@@ -78,7 +78,7 @@ def noise_ratio(p: float) -> float:
 
 
 class ArcLengthEstimate(NamedTuple):
-    """What the moments of measured arc lengths say.
+    """The estimates that follow from the moments of measured arc lengths.
 
     Attributes:
         s_0: true arc length [m].
@@ -131,7 +131,8 @@ def bending_density(phi: ArrayLike, phi_0: float, k: float) -> np.ndarray:
 def exact_bending_density(phi: ArrayLike, phi_0: float, k: float) -> np.ndarray:
     """Returns the density of the direction of a noisy point over the whole circle [1/rad].
 
-    It includes what `bending_density` leaves out, and integrates to one over any full turn.
+    The density includes points behind the object, which `bending_density` omits, and integrates to one over any full
+    turn.
 
     Args:
         phi: measured direction, a number or an array [rad].

@@ -50,8 +50,8 @@ STD_NODES = 12
 MIN_SPEED = 0.02
 """The random walk of the curvature proceeds at this speed at least, so that a rest does not freeze it [m/s]."""
 FRONT_DISTANCE = 0.05
-"""Distance after which the front of an object is known [m]. An object at rest gets a random heading; if it then backs
-up this far, the heading was that of its rear."""
+"""Distance after which the front of an object is known [m]. An object at rest gets a random heading. If the object then
+backs up this far, the heading pointed to its rear."""
 
 
 @dataclass(frozen=True)
@@ -290,7 +290,7 @@ class TurnFilter:
         start: tuple[Row, ...],
         row: Row,
     ) -> TurnFilterState:
-        """Collects the first points; fits a straight line through them once enough of them are not outliers."""
+        """Collects the first points, and fits a straight line through them once enough inliers are known."""
         start, outliers = (*start, row), 0
         sigma = state.sigma
         if len(start) >= START_POINTS:

@@ -96,7 +96,7 @@ def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _turn_step(mean: list[float], dt: float) -> tuple[list[float], list[list[float]]]:
-    """Returns what `turn_step` does, as lists."""
+    """Returns the result of `turn_step` as lists."""
     x, y, heading, speed, curvature = mean
     distance = speed * dt
     half = 0.5 * curvature * distance  # half of the turn: the chord's direction is the heading plus this
@@ -227,7 +227,7 @@ def height_step(
 
 
 def turned_about(mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns mean and covariance of the same motion with the object's front at its other end.
+    """Returns mean and covariance of the same motion with front and rear of the object exchanged.
 
     Args:
         mean: shape (5,).
@@ -271,9 +271,9 @@ def along_a_line(rows: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray
 def near_a_line(rows: np.ndarray, tolerance: float) -> np.ndarray:
     """Returns which points lie near a straight line through most of them at constant speed, shape (n,), boolean.
 
-    The line is the least-squares line if all points are near it. Otherwise it is a robust line (Siegel's repeated
-    medians), which up to half of the points cannot move; there the tolerance is at least six times the median distance,
-    so that a curved path passes.
+    The line is the least-squares line if all points are near it. Otherwise the line is robust (Siegel's repeated
+    medians): up to half of the points cannot move it. Its tolerance is at least six times the median distance, so that
+    a curved path passes.
 
     Args:
         rows: the points (stamp [s], x, y, z [m]), oldest first, shape (n, 4).
