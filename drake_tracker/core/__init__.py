@@ -1,4 +1,4 @@
-"""What every subsystem shares: the messages on the ports, timing, settings, registries, logs and errors.
+"""Shared by all subsystems: the messages on the ports, timing, settings, registries, logs and errors.
 
 Nothing of the other packages goes in. Out come the named views of all port messages (`Centroid` to `CatchVerdict`), the
 periods and slots of the loop (`drake_tracker.core.timing`), `setting` and `Registry`, with which a part declares and

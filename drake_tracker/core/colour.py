@@ -8,7 +8,7 @@ import numpy as np
 
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
 COLOUR_RULE = "must be #rrggbb with hexadecimal digits"
-"""What a colour of a scenario must be, for messages."""
+"""Required form of a colour in a scenario, for messages."""
 COLOURLESS = 0.15
 """Saturation below which a colour has no hue."""
 
@@ -28,7 +28,7 @@ def rgb(colour: str) -> np.ndarray:
 
 
 def hue(colour: Sequence[float]) -> float | None:
-    """Returns the hue [deg] of a colour (red, green, blue), each 0 to 255, None for one that is nearly grey."""
+    """Returns the hue [deg] of a colour (red, green, blue), each 0 to 255, None for a colour that is nearly grey."""
     angle, saturation, _ = colorsys.rgb_to_hsv(*(value / 255.0 for value in colour))
     return 360.0 * angle if saturation >= COLOURLESS else None
 

@@ -34,7 +34,7 @@ class FirstError:
 
     @contextmanager
     def kept(self) -> Iterator[None]:
-        """Ends the block at an error without raising it; later ones than the first are dropped."""
+        """Ends the block at an error without raising it; errors after the first error are dropped."""
         try:
             yield
         except (Exception, SystemExit) as error:  # Drake raises SystemExit for numbers that are not finite

@@ -5,7 +5,7 @@ file that grows during the run and is readable however the process ended.
 
 The stream begins with `MAGIC`. Records follow, each with a header of two little-endian 32-bit numbers, the length of
 its content and the CRC-32 of the content. The first record is JSON in UTF-8, {"signals": {name: [names of the
-fields]}}. Every further record has what was logged since the one before. For each signal, in the order of the first
+fields]}}. Every further record has the samples since the previous record. For each signal, in the order of the first
 record, it has the number of samples n (32 bits), then n times [s], then n rows with a number for each field, all as
 little-endian 64-bit floating-point numbers. A record is complete or does not count. Hence all signals that are read end
 at the same instant.

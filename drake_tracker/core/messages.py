@@ -32,7 +32,7 @@ WristPoint = namedview(
     "WristPoint",
     ["stamp", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "correlation", "reason", "source", "valid"],
 )
-"""What the camera on the hand measures of the target: stamp [s]; p_WQ [m] in W; its covariance [m^2]; correlation of
+"""Measurement of the target by the camera on the hand: stamp [s]; p_WQ [m] in W; its covariance [m^2]; correlation of
 the image with the learned appearance; why there is no measurement (`vision.hand.wrist_measurement.WristReason`); which
 cameras the point of the target comes from (0 none, 1 the fixed ones, 2 the one on the hand, 3 all); valid."""
 
@@ -47,14 +47,14 @@ Regions = namedview(
     ["stamp", "count", "usable", "camera", "displacement"]
     + [f"{field}{k}" for k in range(REGION_SLOTS) for field in REGION_FIELDS],
 )
-"""What one image shows: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could
+"""Content of one image: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could
 not be compared with the background; number of the `vision.camera_motion.Verdict`, in its order, and displacement of the
 image by motion of the camera itself [px]; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is
 none."""
 
 
 class TrackState(IntEnum):
-    """Whether an object can be seen; the numbers are those in messages and logs."""
+    """Visibility of an object. Messages and logs contain these numbers."""
 
     NONE = 0
     MOVING = 1
@@ -124,19 +124,19 @@ BeltEstimate = namedview(
 and `PART_SLOTS` parts."""
 
 EncoderReading = namedview("EncoderReading", ["time", "distance", "valid"])
-"""What the belt's encoder measures: time [s] and distance travelled since the start [m]."""
+"""Measurement of the belt's encoder: time [s] and distance travelled since the start [m]."""
 
 EncoderReport = namedview("EncoderReport", ["used", "unused_cycles"])
-"""What the host makes of the encoder: whether it uses it now, and the number of cycles so far in which it did not."""
+"""Use of the encoder by the host: whether the host uses the encoder now, and the number of cycles so far without it."""
 
 PickOrder = namedview(
     "PickOrder",
     ["stamp", "seq", "job", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw"]
     + ["cell", "valid"],
 )
-"""What the arm is to do: time at which the host says so [s]; sequence number of the message, which is repeated; number
-of the job; number of the part to pick (packets say where it is; 0: none); `core.part_kinds.PartKind`; width between the
-jaws and height [m]; pose in W of the frame P of the part in its cell [m, rad]; number of the cell."""
+"""Order to the arm: time at which the host gave the order [s]; sequence number of the message, which is repeated;
+number of the job; number of the part to pick (packets say where it is; 0: none); `core.part_kinds.PartKind`; width
+between the jaws and height [m]; pose in W of the frame P of the part in its cell [m, rad]; number of the cell."""
 
 PickDiagnosis = namedview(
     "PickDiagnosis", ["phase", "job", "done", "attempts", "picked", "placed", "failed", "gate", "p_success"]
@@ -169,23 +169,23 @@ displaced by vision's error as an object below it would be; gap between the two 
 images together."""
 
 HandCorrection = namedview("HandCorrection", ["time", "x", "y", "z", "used", "accepted", "rejected", "reason"])
-"""What the arm subtracts from the position of its target [m], in W: time [s]; the correction (x, y, z); ``used`` = 0
-while it rests on no recent measurement of the hand; number of measurements accepted so far, and of those rejected; why
-the newest of these was rejected (`arm.hand_eye_correction.Doubt`, 0: none yet)."""
+"""Correction that the arm subtracts from the position of its target [m], in W: time [s]; the correction (x, y, z);
+``used`` = 0 while it rests on no recent measurement of the hand; number of measurements accepted so far, and of those
+rejected; why the newest of these was rejected (`arm.hand_eye_correction.Doubt`, 0: none yet)."""
 
 PacketReport = namedview(
     "PacketReport",
     ["received", "rejected", "reason", "not_finite", "malformed", "spacing", "first_time", "future", "past"]
     + ["outside", "below_table", "too_fast", "turning"],
 )
-"""What the arm's receiver did so far: number of packets received, and of those rejected; why it rejected the newest of
-these (`arm.safety.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
+"""Counts of the arm's receiver so far: packets received; packets rejected; reason of the newest rejection
+(`arm.safety.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
 
 LimiterReport = namedview(
     "LimiterReport",
     ["changed", "invalid", "position", "speed", "acceleration", "torque", "obstacle", "link", "contact"],
 )
-"""What the limiter of the joints did so far: number of set-points that it changed, and of those changed for each limit
+"""Counts of the joint limiter so far: set-points changed, and set-points changed for each limit
 (`arm.safety.joint_limiter.Limit`); several limits may hold for one set-point."""
 
 ServoTarget = namedview(
@@ -197,14 +197,14 @@ now being computed is due; stamp and seq of the packet on which it is based; the
 ``stale`` = 1 while the servo coasts without a fresh packet."""
 
 ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
-"""What the motor schema asks of the arm: number of the phase; counter that starts a new straight-line motion when it
+"""Command of the motor schema to the arm: number of the phase; counter that starts a new straight-line motion when it
 changes; duration of that motion [s]; ``frame`` in which to move (0 home, 1 with the object, 2 at rest where the object
 was when the motion began); height of the tool above the object's reference point [m]; ``frozen``, a `Frozen`; jaw
 opening [m]."""
 
 
 class Frozen(IntEnum):
-    """What does not change during a motion of the arm.
+    """The reference frame of a motion of the arm.
 
     FREE: nothing. BLIND: the arm follows the packet that it held when the descent began, and its jaws do not turn over.
     GUIDED: it follows new packets, quickly, and its jaws do not turn over.
@@ -216,11 +216,11 @@ class Frozen(IntEnum):
 
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
-"""Where the commanded tool is: counter of the motion; completed fraction of it (0 to 1); ``flipping`` = 1 while the
+"""State of the commanded tool: counter of the motion; completed fraction of it (0 to 1); ``flipping`` = 1 while the
 jaws turn by 180 deg; commanded p_WT [m] and yaw [rad]; number of half turns of the jaws."""
 
 JawState = namedview("JawState", ["width", "speed", "force"])
-"""What the gripper measures: opening between the pads [m], its rate [m/s], force of the drive on each pad [N]."""
+"""Measurement of the gripper: opening between the pads [m], its rate [m/s], force of the drive on each pad [N]."""
 
 GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records", "p_success"])
 """For the log: phase; number of attempts begun; why the machine waits (`grasp.gate.Gate`); largest lateral error [m]

@@ -116,7 +116,8 @@ def placed_outline(kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray
 
 
 def touching_distance(ahead: np.ndarray, behind: np.ndarray) -> float:
-    """Returns how far the outline behind must be moved along -y so that it just touches the one ahead [m].
+    """Returns the distance along -y by which the rear outline must be moved so that it just touches the front outline
+    [m].
 
     Args:
         ahead: outline of the part with the larger y, shape (n, 2) [m].

@@ -1,7 +1,7 @@
 """Settings: dataclass fields with a unit, a range of allowed values and a help text.
 
-Dataclasses of settings are frozen. They are both what a YAML file contains and the parameters with which the part that
-they describe is constructed.
+Dataclasses of settings are frozen. The settings are the content of a YAML file, and the parameters of the constructor
+of the part.
 """
 
 import dataclasses
@@ -37,7 +37,7 @@ def setting(
             any length, and None as m any number of rows.
         shared: whether all kinds of the role have this setting with the same meaning. A value written for one kind is
             kept when a scenario replaces it by another kind.
-        counterparts: with ``shared``, {kind in another kind of the role: the kind here that stands for it}.
+        counterparts: with ``shared``, {name of a kind in another kind of the role: the corresponding name here}.
         key: name in a scenario, where it is not the name of the field, for example a keyword of Python.
     """
     metadata = {

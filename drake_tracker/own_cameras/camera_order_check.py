@@ -11,7 +11,7 @@ from drake_tracker.vision.image_tracks.image_tracker import assign
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
 
 _MOST_ROWS = 200
-"""Number of rows that are judged; more say the same."""
+"""Number of rows that are judged; more rows would not change the result."""
 _SEEN, _MISSED = 0.8, 0.5
 """Least fraction of points that meet with exchanged cameras, and the fraction below which they do not as given."""
 _CLOSE, _CLOSER = 0.4, 0.5
@@ -70,7 +70,7 @@ def places(views: Sequence[ImageObjects | None]) -> tuple[np.ndarray, np.ndarray
 
 
 def _are_swapped(seen: Sequence[tuple[np.ndarray, np.ndarray]], cameras: Sequence[CameraModel], max_gap: float) -> bool:
-    """Returns the same from several objects.
+    """Returns the same result, computed from several objects.
 
     Rays of different objects meet by chance, so that how closely they meet is compared.
 
@@ -92,7 +92,7 @@ def _are_swapped(seen: Sequence[tuple[np.ndarray, np.ndarray]], cameras: Sequenc
 def _shares(cameras: Sequence[CameraModel], left: np.ndarray, right: np.ndarray, max_gap: float) -> np.ndarray:
     """Returns the gaps of the objects that two images show, as shares of the largest gap, at most 1, shape (n,).
 
-    Each ray meets at most one other; the gaps are those of the best assignment.
+    Each ray meets at most one other ray; the gaps belong to the best assignment.
 
     Args:
         cameras: of the images.

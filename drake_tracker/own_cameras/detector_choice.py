@@ -1,4 +1,4 @@
-"""Detector settings that suit the recording: those that the user left empty."""
+"""Chooses the detector settings that the user left empty, to suit the recording."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -33,7 +33,7 @@ def can_suit(settings: Any) -> bool:
 
 
 class Suited(NamedTuple):
-    """What suits the footage.
+    """Settings that suit the footage.
 
     Attributes:
         settings: of the detector, for the reduced images.
@@ -56,9 +56,9 @@ def suited(
     """Returns what suits the recordings: stride and join distance, and the coarsest level of the image pyramid in which
     the object has `SUFFICIENT` pixels.
 
-    What the user has set stays as it is. Live cameras (but see `suited_live`), and recordings in which nothing moves
-    alone, get a stride that spans the same time as with the simulated cameras, and the usual join distance. The images
-    are reduced only where both are found.
+    Settings of the user are kept. Live cameras (but see `suited_live`), and recordings in which nothing moves alone,
+    get a stride that spans the same time as with the simulated cameras, and the usual join distance. The images are
+    reduced only where both are found.
 
     Args:
         settings: of a detector, see `can_suit`.
@@ -165,7 +165,7 @@ def _with_usual_stride(settings: Any, period: float) -> Any:
 
 
 def _chosen(settings: Any, usual: Any, looks: Sequence[FirstLook | None], reduce_by: int) -> Any:
-    """Returns the settings that suit what was found: the usual ones where nothing was."""
+    """Returns the settings that suit the object found, or the usual settings without an object."""
     known = [look for look in looks if look is not None]
     if not known:
         return usual

@@ -1,4 +1,4 @@
-"""A first look at a recording: how large and how fast its object is, and what detector settings that needs.
+"""A first look at a recording: size and speed of the object, from which the detector settings follow.
 
 Motion is seen at edges. A slow object must be compared with an image farther away, a fast one with the next; and the
 front and the rear edge of a large object without texture must be joined. Both are measured: silhouettes against the
@@ -47,7 +47,7 @@ ALWAYS, MOSTLY = 0.95, 0.6
 
 @dataclass(frozen=True)
 class FirstLook:
-    """What a first look found.
+    """Result of a first look.
 
     Attributes:
         size: mean of width and height of the largest moving object, or of the one to follow [px].
@@ -73,7 +73,7 @@ def take_a_look(
     fixed_stride: bool = False,
     reduce_by: int = 1,
 ) -> FirstLook | None:
-    """Returns what the first images show, in pixels of the full ones; None where nothing moves alone.
+    """Returns the result for the first images, in pixels of the full images; None where nothing moves alone.
 
     With a long stride, a slow object stands out from the noise, but less of its outline may show: the longest stride is
     taken with which the regions show the whole object, and the least join distance.
@@ -104,7 +104,7 @@ def _look(
     follow: tuple[float, float] | None,
     fixed_stride: bool,
 ) -> FirstLook | None:
-    """Returns what sequences of grey images show, see `take_a_look`."""
+    """Returns the result for sequences of grey images, see `take_a_look`."""
     if len(sequences) < 3:
         return None
     background = median_image([each[REACH] for each in sequences])
@@ -147,7 +147,8 @@ def _look(
 def _read(
     images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int, reduce_by: int
 ) -> list[list[np.ndarray]]:
-    """Returns short sequences of grey images, spread over the first images of a recording, up to what is damaged."""
+    """Returns short sequences of grey images, spread over the first images of a recording, up to the first damaged
+    image."""
     sequences: list[list[np.ndarray]] = []
     length = 2 * REACH + 1
     gap = length

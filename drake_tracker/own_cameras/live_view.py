@@ -34,9 +34,9 @@ _NOTES = (
     "The prediction error is measured by the camera itself: there is no ground truth.",
     "Gap and prediction error are measured by the cameras themselves: there is no ground truth.",
 )
-"""What the page says about the strips of one camera and of two."""
+"""Captions of the strips, for one camera and for two cameras."""
 IN_STRIPS = "target, in the strips"
-"""What the table says of the object that state and strips describe, if there are several targets."""
+"""Caption in the table for the object that state and strips describe, if there are several targets."""
 SPAN = 20.0
 """Time in view [s]."""
 _POINT_STRIPS = (
@@ -52,7 +52,7 @@ _PIXEL_STRIPS = (
 
 @dataclass(frozen=True)
 class TrackPage:
-    """What the live view must know of the frames of a `TrackOverlay`, in place of a `VideoPage`.
+    """Description of the frames of a `TrackOverlay` for the live view, in place of a `VideoPage`.
 
     Attributes:
         panels: (side, late, place) of each camera.
@@ -91,7 +91,7 @@ class TrackView(LiveView):
         self._state = int(TrackState2D.LOST)
 
     def introduce_track(self, track: PreparedTrack) -> None:
-        """Shows on the page what is tracked."""
+        """Shows the sources of the track on the page."""
         live = track.footage[0].live
         self._live = live
         kinds = ", ".join(track.facts[part]["kind"] for part in ("detector", "estimator"))
@@ -164,8 +164,8 @@ class TrackView(LiveView):
 def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]]:
     """Returns the objects in the first camera's image for JSON, see `Frames.tracks`; speeds [px/s] and sizes [px].
 
-    Those without a partner in the second camera's image, where several are tracked, are left out. State and strips are
-    those of the first target; of several, ``words`` name it.
+    If several objects are tracked, objects without a partner in the second image are omitted. State and strips describe
+    the first target; with several targets, ``words`` name it.
     """
     known = objects[0] if objects else None
     if known is None:

@@ -19,15 +19,15 @@ _CIRCLE = 24.0
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which a predicted path in the image is drawn."""
 _PIXEL_FIELDS = ("stamp", "u", "v", "direction", "speed")
-"""Fields of what was filtered in the image: stamp [s]; pixel [px]; direction of travel [rad]; speed [px/s]."""
+"""Fields of the filtered state in the image: stamp [s]; pixel [px]; direction of travel [rad]; speed [px/s]."""
 _VIEWS = {"point": TrackPoint, "filtered": Filtered, "prediction": Prediction}
 
 
 class TrackMcap:
     """An MCAP file with images, calibration, frames, points, predicted paths, and numbers for plots.
 
-    Every message has the time at which the image that it describes was captured, so that image, point and path of the
-    same moment are shown together.
+    The time of every message is the capture time of the described image, so that image, point and path of one moment
+    are shown together.
 
     Args:
         path: file to write.
@@ -47,7 +47,7 @@ class TrackMcap:
             self._file.transforms("/tf", 0.0, {name: camera.X_WC})
 
     def add(self, images: Sequence[tuple[np.ndarray, np.ndarray]], values: Sequence[ObjectValues]) -> None:
-        """Writes what is new in one cycle; the channels of the second object have ``_2`` in their names.
+        """Writes the news of one cycle; the channels of the second object have ``_2`` in their names.
 
         Args:
             images: (RGB image, `FrameInfo` vector) of each camera.
@@ -71,7 +71,7 @@ class TrackMcap:
             self._add(f"{name}{suffix}", view.get_fields(), signal)
 
     def _add_pixels(self, values: ObjectValues, suffix: str) -> None:
-        """Writes what was filtered and predicted in the image: numbers, and the predicted path as a line."""
+        """Writes the filtered and predicted state in the image: numbers, and the predicted path as a line."""
         (camera,) = self._names
         filtered, header = Filtered(np.array(values.filtered)), Prediction(np.array(values.packet))
         row = np.array([filtered.stamp, filtered.x, filtered.y, filtered.yaw, filtered.speed])
@@ -84,7 +84,7 @@ class TrackMcap:
         self._file.close()
 
     def _add(self, name: str, fields: Sequence[str], vector: np.ndarray) -> bool:
-        """Writes a signal unless it describes no image, or the same as before; returns whether it is new."""
+        """Writes a signal if it describes a new image; returns whether it does."""
         stamp = float(vector[0])
         if stamp == 0.0 or stamp <= self._stamps.get(name, 0.0):
             return False

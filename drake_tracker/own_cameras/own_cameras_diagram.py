@@ -45,12 +45,12 @@ class Plane:
 
 
 def _tracking(tracker: ImageTracker) -> Callable[..., MotionCentroidSystem]:
-    """Returns what makes the System that tracks objects in the images of a camera."""
+    """Returns the function that makes the System for tracking objects in the images of a camera."""
     return partial(ImageTrackerSystem, tracker=tracker)
 
 
 def place_suffix(place: int) -> str:
-    """Returns what follows the name of a port of an object: nothing for the first one, "_2" for the second."""
+    """Returns the suffix of the port names of an object: "" for the first object, "_2" for the second."""
     return f"_{place + 1}" if place else ""
 
 
@@ -81,8 +81,8 @@ class OwnCamerasDiagram(Diagram):
     estimator (`core.timing`). For a single camera without a plane, lengths are in pixels in place of metres, and the
     point is (u, v, 0). A vector of zeros means that there is no result yet.
 
-    With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number``, the identity, are
-    those of the first object; ``point_2`` and so on are those of the second one. Each object has an estimator. With two
+    With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number`` (the identity) belong
+    to the first object; ``point_2`` and so on belong to the second object. Each object has an estimator. With two
     cameras, there is also ``objects``, a `StereoTracks`.
 
     Attributes:
@@ -205,7 +205,7 @@ class OwnCamerasDiagram(Diagram):
         max_gap: float,
         tracker: ImageTracker,
     ) -> dict[str, Any]:
-        """Adds what pairs the objects of two cameras; returns its ports by name."""
+        """Adds the System that pairs the objects of two cameras; returns its ports by name."""
         pairing = StereoTracker(
             cameras,
             tracker.objects,

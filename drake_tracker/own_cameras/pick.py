@@ -25,7 +25,7 @@ _INTERVAL = 0.2
 
 
 def pick(sources: Sequence[str], fps: float | None, show: Callable[[str], object]) -> tuple[list[str], list[str]]:
-    """Returns what the user has drawn on the first images: the values of ``--roi`` and ``--follow``, or empty lists.
+    """Returns the user's drawing on the first images as values of ``--roi`` and ``--follow``, or empty lists.
 
     Args:
         sources: of the cameras.
@@ -80,7 +80,7 @@ class PickServer(BackgroundServer):
         self.start()
 
     def take(self, request: Any) -> dict[str, Any]:
-        """Takes what the user has drawn: {"roi": [text, ...], "follow": [text, ...]}, each for all cameras or empty.
+        """Accepts the user's drawing: {"roi": [text, ...], "follow": [text, ...]}, each for all cameras or empty.
 
         Returns the empty answer. Raises ValueError or DrakeTrackerError when it is not that.
         """

@@ -26,7 +26,7 @@ LEVEL = 1e-3
 LONGEST_TITLE = 110
 """Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
-"""Axes of the view from above, by what the world frame W is: y points down in a camera frame."""
+"""Axes of the view from above for each kind of world frame W: y points down in a camera frame."""
 
 
 def draw_track_picture(
@@ -92,7 +92,7 @@ def draw_track_picture(
 
 
 def _show_level(ax: Axes, data: Mapping[str, np.ndarray], name: str, axes: Sequence[str]) -> None:
-    """Widens the range of a coordinate that does not change, such as the height of what moves on a plane."""
+    """Widens the range of a coordinate that does not change, such as the height of an object that moves on a plane."""
     path = np.column_stack([data[axis][data["valid"] > 0] for axis in axes])
     if not len(path):
         return

@@ -51,7 +51,7 @@ _MODULES_OF_SEVERAL = ("scipy.optimize",)
 
 @dataclass(frozen=True, eq=False)
 class PreparedTrack:
-    """Everything that `make_track` needs. Whoever does not call it must close the footage.
+    """Everything that `make_track` needs. A caller that does not call `make_track` must close the footage.
 
     Attributes:
         footage: footage of each camera.

@@ -1,4 +1,4 @@
-"""What may make a track wrong: other objects nearby, motion of the camera, changes of the object."""
+"""Reasons to doubt a track: other objects nearby, motion of the camera, changes of the object."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +10,7 @@ MARKS = ("camera moves", "large rival", "other object", "leap")
 
 
 class TrackQuality:
-    """Counts, image by image, what makes a track doubtful.
+    """Counts, image by image, the reasons to doubt a track.
 
     Attributes:
         images: number of images.

@@ -1,4 +1,4 @@
-"""What depends on the unit of length: the largest gap between two rays, and the estimator."""
+"""Quantities that depend on the unit of length: the largest gap between two rays, and the estimator."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -48,9 +48,9 @@ def usual_gap(cameras: Sequence[CameraModel]) -> float:
 def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Estimator[Any]:
     """Returns the estimator of a track.
 
-    With default settings it suits any unit of length (`UnitFreeEstimator`). As soon as one setting is given, all of
-    them hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the settings
-    then hold for an object that moves with `unit_free.SPEED`.
+    With default settings it suits any unit of length (`UnitFreeEstimator`). As soon as one setting is given, all
+    settings hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the
+    settings then hold for an object that moves with `unit_free.SPEED`.
 
     Args:
         settings: of an estimator, see `estimator_of`.

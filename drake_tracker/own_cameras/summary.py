@@ -124,7 +124,7 @@ def _prediction_errors(data: Mapping[str, np.ndarray], valid: np.ndarray, period
 
 
 def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> dict[str, Any]:
-    """Returns what was wrong with the images of each camera.
+    """Returns the faults of the images of each camera.
 
     - ``dropped``: number of ticks of the clock without an image, and ``dropped_at_s``: their stamps, at most 1000.
     - ``surplus``: number of images that came too early for a tick of their own.

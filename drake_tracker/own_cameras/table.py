@@ -25,7 +25,7 @@ _FLUSH_EVERY = 30
 
 
 class ObjectValues(NamedTuple):
-    """What is known of one object.
+    """Values of one object.
 
     Attributes:
         centroids: `Centroid` vector of each camera.
@@ -54,9 +54,9 @@ class TrackTable:
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
     [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid; filtered u, v and predicted u, v [px], as
     above. Then follow id, the number of the object, empty until one is confirmed, and state, a `TrackState2D` by name
-    in lower case, in memory its number. With two cameras, the id is that of the left one, or with several objects that
-    of the pair, and the state the less favourable of both. With several objects, there is one row for each object in
-    each image. A missing value is empty in the file and NaN in memory.
+    in lower case, in memory its number. With two cameras, the id is the number in the left camera, or with several
+    objects the number of the pair; the state is the less favourable state of both cameras. With several objects, there
+    is one row for each object in each image. A missing value is empty in the file and NaN in memory.
 
     Attributes:
         columns: names of the columns.
@@ -82,7 +82,7 @@ class TrackTable:
         self._writer.writerow(self.columns)
 
     def add(self, values: Sequence[ObjectValues], objects: Sequence[ImageObjects | None] = ()) -> bool:
-        """Appends the values of the ports, unless they describe no image or that of the previous row.
+        """Appends the values of the ports if they describe a new image.
 
         Args:
             values: of each object that has ports; the first one has a row for every image, the others where they

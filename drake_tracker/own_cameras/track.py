@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from drake_tracker.own_cameras.overlay import TrackOverlay
 
 _READ_AT = 0.75
-"""Fraction of a cycle after which all of its updates are done."""
+"""Fraction of a cycle after which all updates of the cycle are done."""
 _RECENT = 60
 """Rows over which the progress counts valid results."""
 
@@ -47,7 +47,7 @@ def make_track(
     video, a full disk, or a custom estimator that raises.
 
     Args:
-        track: what `prepare_track` returned; its footage is closed.
+        track: the return value of `prepare_track`; its footage is closed.
         out: folder to write to.
         overlay: whether to write the video.
         mcap: whether to write track.mcap for Foxglove or Rerun; needs the extra ``mcap``.
@@ -186,8 +186,8 @@ def _run(
 ) -> bool:
     """Runs the diagram cycle by cycle and records the values of its ports.
 
-    The stamps of dropped images are added to ``dropped``, and what the images show is counted in ``quality``; with
-    several objects, where both images show them is added to ``seen``. Returns whether a signal ended it.
+    The stamps of dropped images are added to ``dropped``, and doubts are counted in ``quality``. With several objects,
+    their places in both images are added to ``seen``. Returns whether a signal ended it.
     """
     diagram, timeline = track.diagram, track.timeline
     simulator = Simulator(diagram)

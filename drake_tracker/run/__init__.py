@@ -1,8 +1,8 @@
 """Runs of a scenario: simulation, recorders, and the process of the host.
 
-A scenario goes into `simulate`, with `RunOptions` that say what to show and record. Out come the summary of the run, a
-dict, and the run directory: the summary, the log, the scenario, pictures, the camera video and the 3-D recording.
-`HostProcess` runs vision and estimator in a process of its own, driven by messages of the arm's process.
+`simulate` runs a scenario; `RunOptions` select what is shown and recorded. Out come the summary of the run, a dict, and
+the run directory: the summary, the log, the scenario, pictures, the camera video and the 3-D recording. `HostProcess`
+runs vision and estimator in a separate process, driven by messages of the arm's process.
 
     scenario ──▶ diagram ──▶ simulation ──▶ log ──▶ summary, pictures
                                  └──▶ recorders ──▶ video, 3-D recording, images

@@ -29,7 +29,7 @@ _FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
 
 
 class FrameSink(Protocol):
-    """Receives what the frames of a video show, and draws them, such as a `DrawnVideo`."""
+    """Receives the content of the frames of a video and draws them, such as a `DrawnVideo`."""
 
     @property
     def wanted(self) -> bool:
@@ -37,7 +37,7 @@ class FrameSink(Protocol):
         ...
 
     def write(self, sights: Mapping[str, CameraSight], state: PageState) -> None:
-        """Receives what the next frame shows, see `VideoPage.draw`. It is not changed afterwards."""
+        """Receives the content of the next frame, see `VideoPage.draw`. It is not changed afterwards."""
         ...
 
     def close(self) -> None:
@@ -68,7 +68,7 @@ class _Recent(FrozenState):
 
 @dataclass(frozen=True, eq=False)
 class _Moment:
-    """What one frame shows in addition to images, as it was when the present image of the frame was captured.
+    """Content of one frame in addition to the images, at the capture time of the frame's present image.
 
     Attributes:
         cycle: number of the cycle.
@@ -93,7 +93,7 @@ class _Moment:
 
 @dataclass(frozen=True, eq=False)
 class _Moments(FrozenState):
-    """What the frames show whose images have not appeared yet.
+    """Content of the frames whose images have not appeared yet.
 
     Attributes:
         packet: vector of the `Prediction` that the arm follows.
@@ -105,7 +105,7 @@ class _Moments(FrozenState):
 
 
 class CameraVideoSystem(LeafSystem):
-    """Passes on what the camera video shows: images, motion energy, centroids and predicted path.
+    """Passes on the content of the camera video: images, motion energy, centroids and predicted path.
 
     .. pydrake_system::
 

@@ -60,7 +60,8 @@ class CloseupSystem(LeafSystem):
 
     An unrestricted update in every vision cycle, with offset 0, looks for the beginning of the phase and, in every
     `EVERY`-th cycle, keeps the images. The vision reads the cameras at the same instants, so that no image is rendered
-    twice. Images older than ``before + after`` are dropped. Those of the last closing stay until the next one.
+    twice. Images older than ``before + after`` are dropped. The images of the last closing are kept until the next
+    closing.
 
     Args:
         closeup: which images are kept.
@@ -130,7 +131,7 @@ class CloseupRecorder:
 
     Args:
         system: the System that keeps the images.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         task: task whose signals are logged.
         hand_eye: diagram of the run.
         closeup: how to draw the picture.
@@ -172,7 +173,7 @@ def add_closeup(
     Args:
         builder: builder that contains ``hand_eye``.
         hand_eye: diagram whose images are kept.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         task: task whose signals are logged.
         closeup: which images are kept, and how to draw them.
         folder: run directory.

@@ -27,10 +27,10 @@ _CAMERA = "camera_"
 class HostProcess:
     """Vision and estimator of the train, driven by messages.
 
-    The host has no clock: its time is that of the messages. The messages of each cycle are published on a bus inside
-    this process, and the diagram is advanced past the slots of that cycle. Therefore its subscribers, which keep only
-    the newest message, miss none, and the same points give the same packets as in a single process. When the time of
-    the messages goes back, the sender has restarted, and the host restarts as well.
+    The host has no clock: the messages give the time. The messages of each cycle are published on a bus inside this
+    process, and the diagram is advanced past the slots of that cycle. Its subscribers, which keep only the newest
+    message, therefore miss no message, and the same points give the same packets as in a single process. When the time
+    of the messages goes back, the sender has restarted, and the host restarts as well.
 
     Args:
         scenario: the scenario.

@@ -20,7 +20,7 @@ from drake_tracker.tasks.task import BODY_STATE, Task
 OPERATOR = "operator"
 """Name of the signal with the operator's commands, which only a run with the live view has."""
 OBJECT_STATES = "truth_object_states"
-"""Name of the signal with the true states of further objects, which only a world with such objects has."""
+"""Name of the signal with the true states of further objects; other worlds do not have it."""
 STREAM_PERIOD = 1.0
 """Simulated time or wall time, whichever is over first, between two records of the stream [s]."""
 _TOOL = ("x", "y", "z", "yaw")
@@ -55,7 +55,7 @@ def read_log(loggers: Mapping[str, VectorLogSink], root_context: Context, task: 
     """Returns {name: Signal} of everything logged so far.
 
     Args:
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         root_context: Context of the whole diagram.
         task: task whose signals were logged.
     """
@@ -87,7 +87,7 @@ class LogStreamer:
 
     Args:
         folder: run directory.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         task: task whose signals are logged.
         model: the controller's model of the arm.
         clock: returns the wall time [s].
@@ -113,7 +113,7 @@ class LogStreamer:
             raise unwritable(self._path, error) from None
 
     def __call__(self, root_context: Context) -> None:
-        """Appends what was logged since the last record, when `STREAM_PERIOD` is over.
+        """Appends the samples since the last record, once `STREAM_PERIOD` has passed.
 
         Args:
             root_context: Context of the whole diagram.

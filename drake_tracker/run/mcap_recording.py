@@ -31,7 +31,7 @@ class McapImageSystem(LeafSystem):
         - color_image
 
     ``color_image`` is an `ImageRgba8U`, read at instants at which the vision reads it too, so that no image is rendered
-    twice. Its time in the file is that of its capture.
+    twice. Its time in the file is its capture time.
 
     Args:
         file: file to write to.
@@ -60,7 +60,7 @@ class McapRecorder:
     Args:
         file: the file.
         hand_eye: diagram of the run.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         task: task of the run.
     """
 
@@ -89,12 +89,13 @@ def add_mcap_recording(
     task: Task,
     folder: Path,
 ) -> McapRecorder:
-    """Adds what records a run as the file `MCAP_FILE`: one `McapImageSystem` for each camera, if there are cameras.
+    """Adds the Systems that record a run as the file `MCAP_FILE`: one `McapImageSystem` for each camera, if there are
+    cameras.
 
     Args:
         builder: builder that contains ``hand_eye``.
         hand_eye: diagram to record.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         film: cameras of the run; None without images.
         task: task of the run.
         folder: run directory.

@@ -99,7 +99,7 @@ _Write = Callable[[McapFile, str, float, Mapping[str, float], np.ndarray], None]
 
 
 def _writer(fields: tuple[str, ...]) -> _Write | None:
-    """Returns what writes one sample of a signal for 3-D views, or None if it is of no such kind."""
+    """Returns the function that writes a sample of a signal for 3-D views, or None if 3-D views cannot show it."""
     if fields == tuple(Prediction.get_fields()):
         return _write_prediction
     if fields == tuple(TrackPoint.get_fields()):

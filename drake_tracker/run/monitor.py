@@ -25,7 +25,7 @@ Progress = Callable[[float, str], object]
 
 
 class Onlooker(Protocol):
-    """What the monitor needs from a live view."""
+    """The part of a live view that the monitor uses."""
 
     def look(self, now: float, phase: int, p_success: float | None, interrupted: Callable[[], bool]) -> None:
         """Updates the view once per vision cycle. It may pause the run.
@@ -42,8 +42,8 @@ class Onlooker(Protocol):
 class RunMonitor:
     """A monitor for `Simulator.set_monitor`. It reads output ports and changes nothing itself.
 
-    The monitor runs between two steps. A world that has to change its Context there, once per vision cycle, has a
-    method ``between_steps``; the monitor calls it with the Context of the whole diagram, see
+    The monitor runs between two steps. A world that must change its Context between two steps, once per vision cycle,
+    has a method ``between_steps``; the monitor calls it with the Context of the whole diagram, see
     `ConveyorWorldDiagram.between_steps`.
 
     Args:
@@ -109,7 +109,7 @@ class RunMonitor:
         return self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
 
     def _unseen(self, context: Context) -> str:
-        """Returns why there is no point of the target, "" when there is one or vision does not say."""
+        """Returns the reason for a missing point of the target; "" with a point, or if vision gives no reason."""
         if not has_tracks(self._hand_eye):
             return ""
         return reason_words(self._hand_eye.GetOutputPort(TRACKS).Eval(context))

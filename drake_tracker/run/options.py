@@ -6,7 +6,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What a run shows and records in addition to log and summary.
+    """Options of a run: what it shows and records in addition to log and summary.
 
     Attributes:
         record: whether to make the 3-D recording and, with cameras, the video and the pictures of the motion detector

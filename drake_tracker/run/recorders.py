@@ -52,7 +52,7 @@ def add_recorders(
     Args:
         builder: builder of the run's diagram, which contains ``hand_eye``.
         hand_eye: diagram to record.
-        loggers: what `add_loggers` returned.
+        loggers: the return value of `add_loggers`.
         scenario: scenario of the run.
         task: task of the scenario.
         out: run directory, or None.

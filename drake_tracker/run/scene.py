@@ -38,7 +38,7 @@ _TRAIL_FRAMES = range(0, 31, 5)
 
 @dataclass(frozen=True, eq=False)
 class _Drawn(FrozenState):
-    """What is drawn.
+    """Content of the drawing.
 
     Attributes:
         packet: vector of the `Prediction` that the arm follows.

@@ -42,7 +42,8 @@ _KEY = "ZHJha2VfdHJhY2tlcl9rZQ=="
 def hidden_address() -> str:
     """Returns a random address in 127.0.0.0/8, the 16 million addresses of this machine only.
 
-    Together with a free port there are 2**38 possibilities. A page that tries 1000 of them per second needs years.
+    Together with a free port there are 2**38 possibilities. A page that tries 1000 possibilities per second needs
+    years.
     """
     return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
 
@@ -96,7 +97,7 @@ class _SceneHandler(LoopbackHandler):
         self.send(answer.status, media_type, body)
 
     def _pass_messages(self) -> None:
-        """Passes bytes from Meshcat to the page until one of them closes; what the page sends is read and dropped."""
+        """Passes bytes from Meshcat to the page until either side closes; bytes from the page are read and dropped."""
         if self.headers.get("Origin", "").removeprefix("http://") not in self.server.hosts:
             self.refuse(HTTPStatus.FORBIDDEN, "only the scene's own page may connect")
             return

@@ -51,7 +51,7 @@ def simulate(
         scenario: a scenario of any task, for example from `load_scenario`.
         out: run directory for summary, log, scenario, pictures and recordings; None writes nothing.
         options: what is shown and recorded.
-        initialisation: what `initialise` returned; None initialises the task now, if it needs it.
+        initialisation: the return value of `initialise`; None initialises the task now, if it needs it.
         diagram: diagram to run instead of the scenario's, with the same ports and subsystems.
         progress: called with (simulated time [s], what the arm does and what it waits for).
         live: live view that shows the run and may pause it. Real-time factor and wall times exclude the pauses.
@@ -145,7 +145,8 @@ def _require_cameras(scenario: BaseScenario, task: Task, options: RunOptions) ->
 
 
 def _start_directory(out: Path, scenario: BaseScenario, task: Task, initialisation: Any) -> BaseScenario:
-    """Creates the run directory, saves what the run starts from, and returns the scenario with what was measured."""
+    """Creates the run directory, saves scenario and initialisation, and returns the scenario with the results of the
+    initialisation."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -13,7 +13,7 @@ from drake_tracker.tasks.style import bgr, draw_text, track_light
 from drake_tracker.tasks.tracks import TrackRow, track_rows
 
 RING, DOT = 10.0, 3.0
-"""Radii of the marks of an object that is not seen, and of one that is seen [px]."""
+"""Radii of the marks of an unseen object and of a seen object [px]."""
 _TAG, _TAG_WIDTH, _TAG_HEIGHT = (9, -8), 10, 17
 """Offset of a number from its object, width of a digit and height of the tag [px]."""
 _DASHES = 8
@@ -21,7 +21,7 @@ _DASHES = 8
 
 @dataclass(frozen=True)
 class RegionMark:
-    """What an image shows of one object.
+    """One object in an image.
 
     Attributes:
         u: column of the centroid [px], full image.

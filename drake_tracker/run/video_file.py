@@ -52,7 +52,7 @@ class VideoFile:
         self._video.append(av.VideoFrame.from_ndarray(planes, format="yuv420p"))
 
     def skip(self) -> None:
-        """Leaves out a frame: the one before is shown for longer."""
+        """Omits a frame: the previous frame is shown for longer."""
         self._video.count += 1
 
     def close(self) -> None:

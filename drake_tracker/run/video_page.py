@@ -65,7 +65,7 @@ NO_PIXELS.flags.writeable = False
 
 @dataclass(frozen=True, eq=False)
 class CameraSight:
-    """What a frame shows of one camera. Pixel coordinates are those of the full image.
+    """Content of a frame for one camera. Pixel coordinates refer to the full image.
 
     Attributes:
         image: newest image, BGR uint8 of shape (height, width, 3).
@@ -92,7 +92,7 @@ class CameraSight:
 
 @dataclass(frozen=True)
 class PageState:
-    """What a frame shows in addition to the images.
+    """Content of a frame in addition to the images.
 
     Attributes:
         time: simulated time [s].

@@ -12,7 +12,7 @@ from drake_tracker.core.processes.child_process import DONE, ChildProcess, run_c
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 
 INSTEAD = "without it: render_processes 0"
-"""What the user can do when the process does not work."""
+"""Advice for the user when the process does not work."""
 _MOST_WAITING = 60
 """Frames that may wait for the process; when there are more, the simulation waits, too."""
 _PROGRAM = "drake_tracker.run.video_process"
@@ -21,7 +21,7 @@ END = b""
 
 
 class VideoProcess:
-    """Draws frames and appends them to a video file, as a `DrawnVideo` does, in a process of its own.
+    """Draws frames and appends them to a video file, as a `DrawnVideo` does, in a separate process.
 
     The process starts with the first frame. If this process is killed, the file is completed with the frames that were
     passed on until then.
@@ -47,7 +47,7 @@ class VideoProcess:
         return [] if self._process is None else [self._process.number]
 
     def write(self, sights: Mapping[str, CameraSight], state: PageState) -> None:
-        """Passes on what a frame shows, see `VideoPage.draw`. After an error, nothing more is written.
+        """Passes on the content of a frame, see `VideoPage.draw`. After an error, nothing more is written.
 
         Raises DrakeTrackerError when an earlier frame could not be written; MachineError when the process cannot start,
         has ended, or does not answer.

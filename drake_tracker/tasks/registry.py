@@ -83,7 +83,7 @@ def make_diagram(scenario: BaseScenario, initialisation: Any = None) -> "HandEye
 
     Args:
         scenario: a scenario of any task, for example from `load_scenario`.
-        initialisation: what `initialise` returned; None for a task without initialisation.
+        initialisation: the return value of `initialise`; None for a task without initialisation.
 
     Raises DrakeTrackerError when the scenario cannot be built, or the initialisation is missing.
     """

@@ -178,7 +178,7 @@ class Task(Protocol[Scenario]):
 
         Args:
             scenario: the scenario before the initialisation.
-            initialisation: what `initialise` returned.
+            initialisation: the return value of `initialise`.
         """
         return scenario
 
@@ -186,7 +186,7 @@ class Task(Protocol[Scenario]):
         """Writes the result of the initialisation to the directory of a run, where `rebuild` reads it.
 
         Args:
-            initialisation: what `initialise` returned.
+            initialisation: the return value of `initialise`.
             folder: directory of the run.
         """
         return
@@ -196,7 +196,7 @@ class Task(Protocol[Scenario]):
 
         Args:
             scenario: the scenario.
-            initialisation: what `initialise` returned.
+            initialisation: the return value of `initialise`.
 
         Raises DrakeTrackerError when the scenario cannot be built.
         """
@@ -255,7 +255,7 @@ class Task(Protocol[Scenario]):
             scenario: the scenario of the run.
             hand_eye: the diagram of the run.
             log: {name: Signal} of the run.
-            summary: what `summarise` returned.
+            summary: the return value of `summarise`.
             folder: directory of the run.
         """
         ...
@@ -437,7 +437,7 @@ def required(initialisation: Found | None, task: str) -> Found:
     """Returns the result of an initialisation. Raises DrakeTrackerError when it is None.
 
     Args:
-        initialisation: what `initialise` returned, or None.
+        initialisation: the return value of `initialise`, or None.
         task: name of the task, for the message.
     """
     if initialisation is None:

@@ -148,7 +148,7 @@ def tell_reasons(shares: Mapping[Reason, float]) -> str:
     """Returns the most frequent reason why there was no point of the target, as a clause; "" without any reason.
 
     Args:
-        shares: what `reason_shares` returned.
+        shares: the return value of `reason_shares`.
     """
     if not shares:
         return ""

@@ -1,8 +1,8 @@
-"""Reading and writing files: whole or not at all, and without trust in what is read.
+"""Reading and writing files: a file is written completely or not at all, and the content of a read file is not trusted.
 
 Data goes in and files come out, or the reverse: text and npz archives, YAML and MCAP. `atomic_file.py`, with which to
-begin, writes a file so that any end of the process leaves the old one or the new one. The others limit the size and the
-kind of what they read.
+begin, writes a file so that any end of the process leaves the old one or the new one. The other modules limit the size
+and the kind of the files that they read.
 """
 
 import lazy_loader

@@ -17,7 +17,7 @@ MOST_VALUES = 100_000
 class BoundedLoader(yaml.SafeLoader):
     """The safe loader of PyYAML, which raises a yaml.MarkedYAMLError where a text exceeds the limits of this module.
 
-    The error is also raised for a value that is not of the type that its tag names, such as ``!!bool maybe``.
+    The error is also raised if a value contradicts its tag, such as ``!!bool maybe``.
 
     Args:
         stream: text to read.

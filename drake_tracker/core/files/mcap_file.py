@@ -20,7 +20,7 @@ _PACKAGE = "drake_tracker"
 _NANOSECONDS = 10**9
 _JPEG_QUALITY = 85
 _FLUSH_AFTER = 1.0
-"""Time of the run [s] after which what was written goes to the disk, so that it survives a killed process."""
+"""Time of the run [s] after which written data goes to the disk and survives a killed process."""
 _VARINT, _DOUBLE, _BYTES = 0, 1, 2
 """Wire types."""
 

@@ -1,8 +1,8 @@
-"""Programs of this package that run in a process of their own, and the connection to them.
+"""Programs of this package that run in separate processes, and the connections to them.
 
-A program is a module that calls `run_child` with a function. The function receives the end of the connection, and
-answers `DONE` to what asks for an answer. It ends when the connection ends, which also happens when the process that
-started it is killed.
+A program is a module that calls `run_child` with a function. The function receives one end of the connection, and
+answers `DONE` to every request for an answer. It ends when the connection ends, which also happens when the process
+that started it is killed.
 """
 
 import contextlib
@@ -23,13 +23,13 @@ PATIENCE = 60.0
 CLOSING_TIME = 2.0
 """Time [s] in which a process must end by itself."""
 DONE = b""
-"""Answer of a program that did what it was asked for."""
+"""Answer of a program that has completed a request."""
 _REFUSED, _FAILED = b"R", b"F"
-"""First byte of an answer that says what went wrong: a `DrakeTrackerError`, and any other error."""
+"""First byte of an answer with an error: a `DrakeTrackerError`, and any other error."""
 
 
 class ChildProcess:
-    """A program in a process of its own, and the connection to it.
+    """A program in a separate process, and the connection to it.
 
     The process ends with `close`, with this object, or when this process ends in any way.
 
@@ -75,9 +75,9 @@ class ChildProcess:
                 self.wait()
 
     def wait(self) -> None:
-        """Waits until the process has done what it was asked for.
+        """Waits until the process has completed the request.
 
-        Raises DrakeTrackerError with what the program refused; MachineError when it failed, ended, or did not answer
+        Raises DrakeTrackerError with the refusal of the program; MachineError when it failed, ended, or did not answer
         within `PATIENCE`.
         """
         try:
@@ -108,8 +108,8 @@ def run_child(serve: Callable[..., None]) -> None:
     """Runs a program that a `ChildProcess` started, and ends it.
 
     Args:
-        serve: called with the `Connection` and the inherited file descriptors. It returns, or raises EOFError, when the
-            connection ends; what else it raises is told to the other process.
+        serve: called with the `Connection` and the inherited file descriptors. The function returns, or raises
+            EOFError, when the connection ends. Any other error is sent to the other process.
     """
     if hasattr(os, "SCHED_BATCH"):  # not to interrupt the other process with whatever it asks for
         with contextlib.suppress(OSError):
@@ -128,7 +128,8 @@ def run_child(serve: Callable[..., None]) -> None:
 
 
 def _environment() -> dict[str, str]:
-    """Returns the environment of a process: it imports what this one would, and computes with one thread."""
+    """Returns the environment of a process, which imports the same modules as this process and computes with one
+    thread."""
     search = os.pathsep.join(path or os.getcwd() for path in sys.path)
     return {"LP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": search}
 

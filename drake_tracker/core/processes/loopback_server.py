@@ -1,4 +1,4 @@
-"""An HTTP server for this machine only: what all pages of the package have in common.
+"""An HTTP server for this machine only: the common part of all pages of the package.
 
 The server is bound to the loopback address, and answers only requests whose Host header names it. A page of another
 site whose name was made to resolve to this machine can therefore neither read nor control a run. Handlers look the path

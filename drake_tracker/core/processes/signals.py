@@ -91,8 +91,8 @@ def graceful() -> Iterator[None]:
 def on_signal(action: Callable[[int], object]) -> Iterator[None]:
     """Calls an action instead of raising an exception.
 
-    It replaces handlers written in Python, which `graceful` and Python itself install. A signal that is ignored stays
-    ignored, and one that would end the process, because nothing handles it, still does.
+    It replaces handlers written in Python, which `graceful` and Python itself install. An ignored signal stays ignored,
+    and a signal without a handler still ends the process.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

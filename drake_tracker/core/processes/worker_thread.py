@@ -7,7 +7,7 @@ from typing import Any
 
 
 class WorkerThread:
-    """Calls a function with one item after the other in a thread of its own.
+    """Calls a function with one item after the other in a separate thread.
 
     `put` waits while ``capacity`` items are not yet done, so that memory is bounded. After an error of the function
     nothing more is done, and the error is raised by the next call of `put` or `close`.

@@ -192,7 +192,7 @@ def updated_sigma(sigma: float, residual: np.ndarray, trace: float, dt: float) -
 
     Args:
         sigma: the estimate before [m].
-        residual: what `correct` returned, shape (2,) [m].
+        residual: the return value of `correct`, shape (2,) [m].
         trace: what `correct` returned [m^2].
         dt: time since the previous point [s].
     """

@@ -28,7 +28,7 @@ def draw_board_found(setup: BallSetup, summary: Mapping[str, Any], path: Path) -
 
     Args:
         setup: the resolved scenario of the run.
-        summary: what `summarise_ball` returned.
+        summary: the return value of `summarise_ball`.
         path: PNG file to write.
     """
     poses = setup.poses

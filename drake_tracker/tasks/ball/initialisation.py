@@ -178,7 +178,7 @@ def photograph_board(touching: BoardTouchingDiagram, context: Context) -> list[n
     rendered once, and each image has its own noise and flicker.
 
     Args:
-        touching: what `make_touching_diagram` returned.
+        touching: the return value of `make_touching_diagram`.
         context: of this diagram, before the touching.
     """
     camera = touching.world.cameras[NAME]

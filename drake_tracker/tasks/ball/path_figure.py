@@ -127,7 +127,7 @@ def draw_ball_path(
         hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
         setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
-        summary: what `summarise_ball` returned.
+        summary: the return value of `summarise_ball`.
         path: PNG file to write.
     """
     run = RunOfTheBall(hand_eye, setup, log)

@@ -49,7 +49,7 @@ def draw_conveyor(
         setup: the resolved scenario of the run.
         arrivals: the parts of the run.
         log: {name: Signal} of the run.
-        summary: what `summarise_conveyor` returned.
+        summary: the return value of `summarise_conveyor`.
         path: PNG file to write.
     """
     histories = part_histories(setup, arrivals, log)

@@ -84,7 +84,7 @@ def tell_tracking(findings: Mapping[str, Any]) -> list[str]:
     """Returns a sentence for each kind of trouble that occurred.
 
     Args:
-        findings: what `tracking_findings` returned.
+        findings: the return value of `tracking_findings`.
     """
     told = [_tell_camera(side, found) for side, found in findings["cameras"].items()]
     if findings["unusable_pairs"]:

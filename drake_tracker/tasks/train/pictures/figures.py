@@ -51,7 +51,7 @@ def draw_tracking(setup: TrainSetup, log: Log, summary: Mapping[str, Any], path:
     Args:
         setup: the resolved scenario of the run.
         log: {name: Signal} of the run.
-        summary: what `summarise` returned.
+        summary: the return value of `summarise`.
         path: PNG file to write.
     """
     spans = phase_spans(log, setup.scenario.time_step)
