@@ -116,7 +116,7 @@ def even_arrivals(
 def _spread(
     belt: SimulatedBelt, times: list[float], duration: float, rng: np.random.Generator
 ) -> tuple[PartArrival, ...]:
-    """Returns parts at random positions across the belt that keep their distance; late ones are left out.
+    """Returns parts at random positions across the belt that keep their distance; late parts are omitted.
 
     A part for which there is no place is put upstream in small steps until there is.
     """

@@ -1,4 +1,4 @@
-"""What a dispatcher decides about: parts on a moving belt, the hand, and the cells into which the parts go.
+"""The input of a dispatcher: parts on a moving belt, the hand, and the cells into which the parts go.
 
 All positions are in W: x across the belt, +y the direction in which the belt moves.
 """

@@ -65,7 +65,7 @@ class Greedy:
 
 @dataclass(frozen=True)
 class LookAhead:
-    """Plans the sequence with the most picks, and among those the one that ends first.
+    """Plans the sequence with the most picks; of several such sequences, the sequence that ends first.
 
     All sequences are compared for up to ``exact_up_to`` parts. For more parts, a beam search keeps the ``width`` best
     beginnings of each length.

@@ -1,8 +1,8 @@
 """The kinds of dispatcher: some rank the parts by a rule and do not look ahead, one plans the next picks.
 
-The n-th pick goes into the n-th free cell. Where the hand is after a set of picks, therefore, depends on their number
-only, and of all orders in which the same set can be picked only the one that ends first matters: the dynamic programme
-of Held and Karp (1962) over sets, here with windows of time.
+The n-th pick goes into the n-th free cell. The place of the hand after a set of picks therefore depends on their number
+only. Of all orders in which the same set can be picked, only the order that ends first matters. This is the dynamic
+programme of Held and Karp (1962) over sets, here with time windows.
 """
 
 from collections.abc import Iterable, Sequence
@@ -52,7 +52,7 @@ class _Rule:
         return first
 
     def _rank(self, candidate: Candidate, pick: float, cell: Cell, now: float) -> float:
-        """Returns the place of a part in the order; of equal ones, the one with the smaller number comes first."""
+        """Returns the place of a part in the order; of equal parts, the part with the smaller number comes first."""
         raise NotImplementedError
 
 
@@ -93,12 +93,12 @@ class _Sequence:
 
     @property
     def order(self) -> tuple[float, tuple[int, ...]]:
-        """What makes one sequence better than another of the same length: it ends earlier."""
+        """Criterion between two sequences of the same length: the earlier end."""
         return self.hand.free_at, self.numbers
 
 
 class LookAheadDispatcher:
-    """Plans the sequence with the most picks, and among those the one that ends first.
+    """Plans the sequence with the most picks; of several such sequences, the sequence that ends first.
 
     Args:
         settings: depth of the plan, and when the search is exact.

@@ -1,4 +1,4 @@
-"""What the belt's encoder has measured lately."""
+"""The recent readings of the belt's encoder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -36,9 +36,9 @@ class EncoderHistory(FrozenState):
     readings: np.ndarray = field(default_factory=lambda: read_only(np.zeros((0, 2))))
 
     def extended(self, reading: Any) -> "EncoderHistory":
-        """Returns the history with a new reading; one that is not a number, or not newer, is not used.
+        """Returns the history with a new reading. A reading that is not a number, or not newer, is not used.
 
-        After a jump the history begins anew with the reading, because what was travelled meanwhile is unknown.
+        After a jump the history begins anew with the reading, because the distance travelled meanwhile is unknown.
 
         Args:
             reading: an `EncoderReading`.

@@ -3,13 +3,12 @@
 This is a scheduling problem: one machine, jobs with release times and deadlines (a part enters and leaves the window),
 setup times that depend on the state of the machine, and the largest number of jobs. A dynamic programme solves it. Its
 layer k has one state for each way to pick k parts: when the hand is free, and which of the parts that can still be
-picked it has picked already. The n-th part goes into the n-th cell, so all states of a layer have the hand in the same
-place, and a state is dropped when another one is free no later and has picked none of the remaining parts in addition.
+picked it has picked already. The n-th part goes into the n-th cell, so that all states of a layer have the hand in the
+same place. A state is dropped if another state is free no later and has not picked any further remaining part.
 
 When a layer has too many states, the search is no longer exact, and two searches enclose the optimum, as in Bergman,
-Cire, van Hoeve and Hooker, Decision Diagrams for Optimization (2016). The restricted search drops states; what it finds
-can be carried out. The relaxed search merges them into states that are better than each of them; it can only find too
-many picks.
+Cire, van Hoeve and Hooker, Decision Diagrams for Optimization (2016). The restricted search drops states; its result
+can be carried out. The relaxed search merges states into better states; its result can only have too many picks.
 """
 
 import math
@@ -100,7 +99,8 @@ def _restricted(states: list[_State], width: int) -> list[_State]:
 
 
 def _relaxed(states: list[_State], width: int) -> list[_State]:
-    """Merges neighbours: free as early as the first of them, and only those parts are taken that all have taken."""
+    """Merges neighbouring states: the merged state is free as early as the first state, and its picked parts are the
+    parts that all states have picked."""
     merged = []
     for i in range(width):
         group = states[i * len(states) // width : (i + 1) * len(states) // width]

@@ -1,4 +1,4 @@
-"""The orders that the host gives to the arm: which part, into which cell, and what became of them."""
+"""The orders that the host gives to the arm: the part, the cell, and the outcome."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class Order:
 
 @dataclass(frozen=True)
 class ArmReport:
-    """What the arm says about its work.
+    """The arm's report about its work.
 
     Attributes:
         x: of the tool in W [m].
@@ -50,7 +50,7 @@ class ArmReport:
 
 @dataclass(frozen=True)
 class OrderTracker(FrozenState):
-    """What the host remembers of its orders.
+    """The host's memory of its orders.
 
     Attributes:
         seq: sequence number of the newest order.
@@ -92,7 +92,7 @@ class OrderClerk:
     def update(self, book: OrderTracker, arm: ArmReport, candidates: Sequence[Candidate], now: float) -> OrderTracker:
         """Returns the book after looking at the arm and at the belt.
 
-        A part is chosen while the arm still puts down the one before. The choice may change until the hand is free;
+        A part is chosen while the arm still puts down the previous part. The choice may change until the hand is free;
         then it stays, unless the part can no longer be picked in time and another one can. A hand that is already on
         its way may be faster than the model says, so that an order is withdrawn without another one only when the part
         leaves the window.
@@ -157,7 +157,7 @@ class OrderClerk:
 
 
 def report_of(diagnosis: Any, status: Any, seeking: Sequence[int], carrying: Sequence[int]) -> ArmReport:
-    """Returns what the messages of the arm say.
+    """Returns the report in the messages of the arm.
 
     Args:
         diagnosis: a `PickDiagnosis`.

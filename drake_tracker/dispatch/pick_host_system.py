@@ -206,7 +206,7 @@ class PickHostSystem(LeafSystem):
     def _path(self, belt: BeltState, number: int, times: np.ndarray, travel: Travel | None = None) -> PartPath:
         """Returns the predicted path of a part, see `BeltEstimator.predict`.
 
-        A part without a direction gets that of a part in a cell: the hand need not turn between belt and cell.
+        A part without a direction gets the direction of a part in a cell: the hand need not turn between belt and cell.
         """
         path = self._estimator.predict(belt, number, times, travel)
         kind = next(part.kind for part in belt.parts if part.number == number)

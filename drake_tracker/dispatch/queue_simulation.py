@@ -31,7 +31,7 @@ class Pick:
 
 @dataclass(frozen=True)
 class QueueRun:
-    """What happened in a run.
+    """The events of a run.
 
     Attributes:
         picks: the picks up to the end of the run, in their order.

@@ -10,9 +10,9 @@ from drake_tracker.core.setting import setting
 class GraspConfig:
     """The motor schema of grasping: the known width of the object, heights, durations, and conditions of the gate.
 
-    Heights are those of the tool above the object's reference point, at which its motion is seen. This point lies a few
-    millimetres below the centre of the body, since the wheels move too: jaws that close slightly above it close on the
-    middle of the body. Each setting is described by its ``help``.
+    Heights are heights of the tool above the object's reference point, at which its motion is seen. This point lies a
+    few millimetres below the centre of the body, since the wheels move too: jaws that close slightly above it close on
+    the middle of the body. Each setting is described by its ``help``.
     """
 
     object_width: float = setting(0.040, "width of the object between the jaws", "m", (0.005, 0.085))
@@ -82,8 +82,8 @@ class GraspConfig:
 class PickConfig:
     """The motor schema of picking parts from a belt and placing them.
 
-    Heights are those of the tool above the origin of the part, or of its cell: half the height of the part above what
-    it lies on. Each setting is described by its ``help``.
+    Heights are heights of the tool above the origin of the part, or of its cell: half the height of the part above its
+    support. Each setting is described by its ``help``.
     """
 
     jaw_opening: float = setting(0.088, "opening of the jaws before the pick", "m", (0.010, 0.090))
@@ -144,8 +144,8 @@ class PickConfig:
 class CatchConfig:
     """The motor schema of catching.
 
-    Heights are those of the cup's rim above the ball's centre where it leaves the board. Each setting is described by
-    its ``help``.
+    Heights are heights of the cup's rim above the centre of the ball when the ball leaves the board. Each setting is
+    described by its ``help``.
     """
 
     follow: bool = setting(True, "whether the cup follows the predicted crossing; otherwise it stays in the middle")

@@ -1,9 +1,9 @@
-"""A descent that lies ahead or is under way: what it relies on, where it will end, and whether it will succeed.
+"""A future or present descent: the packet that it relies on, its end, and its probability of success.
 
 The jaws hold the object if, when the pads touch, it is between them, with both pads beside it and not too oblique. The
 errors across and along the path and in direction are independent. Each is normal with an unknown scale: the estimator
 states a standard deviation, and the errors of its recent predictions say how far this is to be trusted. The error of
-the next prediction then has Student's distribution, whose tails are heavier than those of a normal one.
+the next prediction then has Student's distribution, whose tails are heavier than the tails of a normal distribution.
 """
 
 import math
@@ -22,8 +22,9 @@ OBLIQUE = math.radians(40.0)
 """Largest error in direction [rad] that does not count as a miss. This and `TRUST` were chosen on 70 launches, seeds
 81000 to 81069, which no result uses. The jaws themselves tolerate less: turned by 15 deg throughout the descent they
 lifted 12 of 12 trains, by 20 deg 8, by 25 deg 5 (measured vision, oval, 0.15 m/s, seeds 940 to 945). But the standard
-deviation of the direction, which follows from that of the position, is too large by about as much. With a limit of
-20 deg the mean probability of 83 launches was 69 %, with 40 deg 88 %, and 94 % of the trains were lifted."""
+deviation of the direction, which is computed from the standard deviation of the position, is too large by about the
+same factor. With a limit of 20 deg the mean probability of 83 launches was 69 %, with 40 deg 88 %, and 94 % of the
+trains were lifted."""
 TRUST = 2.0
 """Number of independent errors that the standard deviation stated by the estimator is worth."""
 SHORTEST = 0.01
@@ -54,8 +55,8 @@ def success_probability(
 ) -> float:
     """Returns the probability that the jaws hold the object.
 
-    The standard deviation in direction follows from that of the position: a wrong curvature displaces the end of a path
-    by half of its length times the error in direction.
+    The standard deviation in direction follows from the standard deviation of the position: a wrong curvature displaces
+    the end of a path by half of its length times the error in direction.
 
     Args:
         config: opening of the jaws and width of the object.
@@ -90,8 +91,8 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
     A corner that begins unannounced is in no standard deviation. How often that happens is a property of the object's
     path. A *surprise* is an earlier prediction so wrong, across the path or in direction, that a grasp would have
     missed. A change of speed is none, since the hand catches up. Surprises count as a Poisson process over the distance
-    travelled, of unknown rate with the prior density 1/rate. An object that has not surprised so far is not expected
-    to, and one that stands still cannot.
+    travelled, of unknown rate with the prior density 1/rate. An object without surprises so far is expected to cause
+    none, and an object at rest cannot cause any.
 
     Args:
         config: opening of the jaws and width of the object.
@@ -200,7 +201,8 @@ def miss(packet: np.ndarray, target: Any, remaining: float, beside: bool) -> Off
 
 
 def behind(packet: np.ndarray, target: Any) -> Offset:
-    """Returns the place of a `ServoTarget` relative to that which a `Prediction` vector predicts for the same time."""
+    """Returns the place of a `ServoTarget` relative to the place that a `Prediction` vector predicts for the same
+    time."""
     x, y, _, yaw, _ = evaluate_prediction(packet, target.time)
     dx, dy, c, s = target.x - x, target.y - y, math.cos(yaw), math.sin(yaw)
     return Offset(c * dy - s * dx, c * dx + s * dy, math.remainder(target.yaw - yaw, 2.0 * math.pi))

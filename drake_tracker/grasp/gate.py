@@ -88,10 +88,10 @@ def judge_prediction(
 ) -> tuple[Gate, float]:
     """Returns the gate's verdict on a prediction, and the largest lateral error [m] of the predictions that support it.
 
-    There are two kinds of evidence: predictions made earlier from the same place that came true; and the filter's own
-    standard deviation at the instant of the grasp, if its recent predictions came true. Only a filter that knows the
-    path ahead can be within ``std_tolerance``; one that extrapolates cannot know the next bend, and its standard
-    deviation shows that.
+    Two kinds of evidence count: earlier predictions from the same place that came true; and the filter's own standard
+    deviation at the instant of the grasp, if its recent predictions came true. Only a filter that knows the path ahead
+    can be within ``std_tolerance``. A filter that extrapolates cannot know the next bend, and its standard deviation
+    shows that.
 
     Args:
         config: tolerances, and the evidence that is asked for.

@@ -1,4 +1,4 @@
-"""What a hand knows about its jaws, and how it moves them."""
+"""The hand's knowledge of its jaws, and their motion."""
 
 from typing import Any
 
@@ -11,7 +11,8 @@ STILL = 0.010
 GRIP_CONFIRMED = 0.06
 """The jaws hold something once they have stood still under force for this long [s]."""
 OBLIQUE_CONFIRMED = 0.15
-"""The same where they stand wider open than the object is: it may still turn straight between them [s]."""
+"""The same for jaws that are further open than the object is wide, between which the object may still turn straight
+[s]."""
 
 
 def feels_grip(jaws: Any, width: float, grip_force: float) -> bool:

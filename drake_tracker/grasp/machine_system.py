@@ -1,4 +1,4 @@
-"""A machine of the hand as a System: what the systems of grasping, catching and picking have in common."""
+"""A machine of the hand as a System: the common part of the systems of grasping, catching and picking."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -24,7 +24,7 @@ class Machine(Protocol):
 
 
 class MachineSystem(LeafSystem):
-    """Runs a machine every period in the slot of the grasp machine, which follows that of the servo.
+    """Runs a machine every period in the slot of the grasp machine, which follows the slot of the servo.
 
     .. pydrake_system::
 

@@ -1,4 +1,4 @@
-"""What all motor schemas share: phases in a table, and the machine that goes from one phase to the next.
+"""The common part of all motor schemas: phases in a table, and the machine that goes from one phase to the next.
 
 A skilled action is "an ordered set of parametrized motor control programs of short duration" (Allen et al. 1991,
 section 5).
@@ -24,7 +24,7 @@ Transitions = Mapping[Any, Sequence[tuple[str, Any]]]
 
 @dataclass(frozen=True)
 class Program:
-    """What the arm does in a phase.
+    """The program of the arm in a phase.
 
     Attributes:
         frame: frame of the motion.
@@ -43,7 +43,7 @@ class Program:
 
 @dataclass(frozen=True)
 class SchemaState(FrozenState):
-    """What the machine of every motor schema remembers.
+    """The state of the machine of every motor schema.
 
     Attributes:
         phase: the phase, an IntEnum of the task.
@@ -59,7 +59,7 @@ class SchemaState(FrozenState):
 
 
 class Observed(Protocol):
-    """What the arm's computer knows at a tick."""
+    """The inputs of the arm's computer at a tick."""
 
     @property
     def time(self) -> float:
@@ -78,7 +78,7 @@ class SchemaMachine(Generic[State, Seen]):
         config: settings of the task; the programs name fields of it.
         programs: {phase: `Program`}.
         transitions: {phase: ((condition, next phase), ...)}. The conditions are names of methods of the machine, which
-            take the state and what is seen, and are asked in this order.
+            take the state and the inputs, and are evaluated in this order.
         same_motion: pairs (phase, next phase) between which the motion under way goes on.
     """
 
@@ -101,7 +101,7 @@ class SchemaMachine(Generic[State, Seen]):
         )
 
     def frozen(self, state: State) -> Frozen:
-        """Returns what does not change during the motion."""
+        """Returns the reference frame of the motion."""
         return Frozen.BLIND if self._programs[state.phase].blind else Frozen.FREE
 
     def height(self, state: State) -> float:

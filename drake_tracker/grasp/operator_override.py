@@ -1,7 +1,7 @@
-"""What the operator can do with every hand: stop it, or take control of it.
+"""The operator's override of every hand: stop the hand, or take control of it.
 
-In both papers a person watches: the operator interface is there to "observe, supervise, and directly control the
-system" (Nashman and Chaconas 1990, section 3).
+In both papers a person watches: the operator interface serves to "observe, supervise, and directly control the system"
+(Nashman and Chaconas 1990, section 3).
 """
 
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ class Pace(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class OperatedState(SchemaState):
-    """What the machine of an operated hand remembers.
+    """The state of the machine of an operated hand.
 
     Attributes:
         goal: pose (x, y, z, yaw) in W of the goal, read-only, shape (4,) [m, rad].
@@ -70,7 +70,7 @@ class OperatedState(SchemaState):
 
 
 class OperatorSeen(Protocol):
-    """What the arm's computer knows at a tick."""
+    """The inputs of the arm's computer at a tick."""
 
     @property
     def time(self) -> float:
@@ -139,7 +139,7 @@ class OperatedMachine(SchemaMachine[State, Seen]):
             state: the state before.
             pose: pose (x, y, z, yaw) in W of the new goal, shape (4,) [m, rad].
             height: height of the tool above the goal [m].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         pace = self.pace(state)
         step = pose - state.goal
@@ -153,7 +153,7 @@ class OperatedMachine(SchemaMachine[State, Seen]):
         return replace(state, goal=read_only(np.array(pose, dtype=float)), motion=state.motion + 1, duration=duration)
 
     def obey(self, state: State, seen: Seen) -> State:
-        """Returns the state of a hand that goes where the operator, who controls it, says; a pose that is not finite is
+        """Returns the state of a hand that goes to the pose of the operator in control; a pose that is not finite is
         ignored."""
         operator = seen.operator
         pose = np.array([operator.x, operator.y, operator.z, operator.yaw])
@@ -189,7 +189,7 @@ def _tool_pose(status: Any) -> np.ndarray:
 
 
 class OperatorMode(IntEnum):
-    """What the operator wants: values of `OperatorCommand`'s ``mode`` field."""
+    """Modes of the operator: values of `OperatorCommand`'s ``mode`` field."""
 
     SUPERVISE = 0
     STOP = 1

@@ -1,8 +1,8 @@
-"""A memory of the system's own predictions: how accurate those made from the same place one lap earlier were.
+"""A memory of the system's own predictions: the errors of predictions made from the same place one lap earlier.
 
 Its only input are packets of predicted path. A packet's first knot says where the object was seen; a later packet's
 first knot says where the object went, and hence how large the error of the earlier packet was. On a closed track the
-object passes the same place again, and what happened then is the best estimate of what will happen now.
+object passes the same place again, and the error in the previous lap is the best estimate of the error in this lap.
 """
 
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ NO_RECORDS = np.broadcast_to(0.0, (0, 11))  # read-only
 
 @dataclass(frozen=True, eq=False)
 class PredictionMemory(FrozenState):
-    """Packets that wait to be judged, and records of those that were judged.
+    """Packets that wait to be judged, and records of judged packets.
 
     Attributes:
         waiting: `Prediction` vectors, oldest first.
@@ -45,7 +45,7 @@ class PredictionMemory(FrozenState):
 
 
 def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> PredictionMemory:
-    """Returns the memory after a new packet. What was remembered of another object is dropped.
+    """Returns the memory after a new packet. Records of another object are dropped.
 
     Args:
         memory: the memory before.

@@ -1,4 +1,4 @@
-"""What happened in a run of any task, according to its log: phases, poses of the tool, and predictions."""
+"""The events of a run of any task, according to its log: phases, poses of the tool, and predictions."""
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""What the recorders of a run need to know about a task: what its camera video and its 3-D recording show.
+"""A task's description for the recorders of a run: the content of its camera video and of its 3-D recording.
 
 This module holds data only. The Systems that draw are in `drake_tracker.run`.
 """
@@ -49,7 +49,7 @@ def port_of(kind: str, side: str) -> str:
 
 @dataclass(frozen=True)
 class Script:
-    """What a camera video shows in addition to the images.
+    """Content of a camera video in addition to the images.
 
     Attributes:
         phases: enumeration of the phases.
@@ -70,7 +70,7 @@ class Script:
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """What the camera video of one run shows.
+    """Content of the camera video of one run.
 
     Attributes:
         title: first line of text.

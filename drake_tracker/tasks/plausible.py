@@ -1,4 +1,4 @@
-"""Settings that are allowed one by one, but make no sense together: what the scenarios of all tasks check.
+"""Checks, for the scenarios of all tasks, of settings that are allowed one by one but make no sense together.
 
 Each function returns a list of (key path, what is required), as `BaseScenario.problems` does.
 """

@@ -1,4 +1,4 @@
-"""What the summaries of all tasks share: writing as JSON, package versions, the commit, and the lag."""
+"""The common part of the summaries of all tasks: writing as JSON, package versions, the commit, and the lag."""
 
 import json
 import math
@@ -93,7 +93,7 @@ def git_commit() -> str | None:
 
 
 def made_by() -> dict[str, Any]:
-    """Returns ``package_versions`` and ``git_commit`` of what makes a result."""
+    """Returns ``package_versions`` and ``git_commit`` of the code that makes a result."""
     return {"package_versions": package_versions(), "git_commit": git_commit()}
 
 
@@ -108,7 +108,7 @@ def last_message(signal: Signal, view: Any) -> Any:
 
 
 def packet_findings(log: Mapping[str, Signal]) -> dict[str, Any]:
-    """Returns how many packets the arm's receiver rejected in a run, and {reason: number of packets} of them.
+    """Returns the number of packets that the arm's receiver rejected in a run, and {reason: number of packets}.
 
     Both are None for a run of an earlier version, which did not log them.
 

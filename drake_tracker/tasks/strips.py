@@ -132,7 +132,7 @@ def rounded(values: Iterable[float | None]) -> list[float | None]:
 
 @dataclass(frozen=True)
 class Overview:
-    """What the live page draws from above, and where it comes from.
+    """The live page's view from above, and the sources of its content.
 
     Attributes:
         ports: {output port of the diagram: its named view, or None for a vector of any size}.

@@ -125,7 +125,8 @@ def draw_text(
 
 
 _typesetting = threading.Lock()
-"""A font holds the text that it draws, and is shared by the threads: video and live page draw at the same time."""
+"""A font holds the text that it draws. Several threads share the font, because video and live page draw at the same
+time."""
 
 
 @lru_cache(maxsize=512)

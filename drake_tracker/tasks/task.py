@@ -165,7 +165,7 @@ class Task(Protocol[Scenario]):
         ...
 
     def initialise(self, scenario: Scenario, ask_for_windows: AskForWindows | None = None) -> Any:
-        """Returns what must be known before the diagram can be built, None when there is nothing. May simulate.
+        """Returns the results that the diagram needs, None for a task without initialisation. May simulate.
 
         Args:
             scenario: the scenario.
@@ -265,7 +265,7 @@ class Task(Protocol[Scenario]):
         ...
 
     def film(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> Film:
-        """Returns what the camera video shows; only for a run that renders images.
+        """Returns the content of the camera video; only for a run that renders images.
 
         Args:
             scenario: the scenario of the run.
@@ -406,7 +406,7 @@ class Task(Protocol[Scenario]):
         return servo_slot(GRASP_SLOT, time_step, self.servo_period) if name == "command" else 0.0
 
     def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
-        """Returns what the arm does, for the progress line: the phase and, after a colon, what it waits for.
+        """Returns the activity of the arm for the progress line: the phase and, after a colon, the reason for waiting.
 
         Args:
             phase: one of ``phases``.

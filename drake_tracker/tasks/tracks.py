@@ -1,4 +1,4 @@
-"""The tracks of several objects, for pictures and pages: their states in words, and what a log tells about them."""
+"""The tracks of several objects, for pictures and pages: their states in words, and their histories from a log."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -70,7 +70,7 @@ def reason_words(message: np.ndarray) -> str:
 
 
 class LoggedTrack(NamedTuple):
-    """What a log tells about one track. There are n samples of it.
+    """The history of one track, from a log. There are n samples of it.
 
     Attributes:
         number: identity of the track.
@@ -157,7 +157,7 @@ def tell_reasons(shares: Mapping[Reason, float]) -> str:
 
 
 def fresh_tracks(log: Mapping[str, Signal]) -> np.ndarray:
-    """Returns the `TrackPoints` vectors of a log with a stamp of their own, shape (n, k); n is 0 without the signal."""
+    """Returns the `TrackPoints` vectors of a log with a new stamp, shape (n, k); n is 0 without the signal."""
     fields = TrackPoints.get_fields()
     signal = log.get(TRACKS)
     if signal is None or not set(signal.names) <= set(fields):

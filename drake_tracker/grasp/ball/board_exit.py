@@ -1,4 +1,4 @@
-"""Where a predicted path crosses the bottom edge of an inclined board, and where the cup should stand for it.
+"""The crossing of a predicted path with the bottom edge of an inclined board, and the place of the cup.
 
 The board's frame B has its origin on the face at the middle of the bottom edge, y_B up the slope and z_B outward.
 """

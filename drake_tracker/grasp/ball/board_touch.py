@@ -4,8 +4,9 @@
 at three locations on the board and calculating the plane which contains all three points."
 
 The plane gives the normal z_B and the board's height. The positions of the touched marks give the board's position and
-rotation in the plane. The standard deviations of the result follow from s, that of a touch across the plane, and p,
-that of the operator's placement of the probe over a mark. The marks lie r_i = 0.21, 0.21 and 0.12 m from their centre:
+rotation in the plane. The standard deviations of the result follow from two standard deviations: s, of a touch across
+the plane, and p, of the operator's placement of the probe over a mark. The marks lie r_i = 0.21, 0.21 and 0.12 m from
+their centre:
 
 - Across the plane: s/sqrt(3) at the centre; tilt about x_B s sqrt(3/2)/0.18 m, about y_B s/(sqrt(2) 0.20 m). An s of
   0.1 mm gives 0.04 deg and 0.02 deg. The simulated arm notes a touch less than 0.1 mm too deep, far less than p.
@@ -19,7 +20,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_tracker.core.errors import DrakeTrackerError
 
 MAX_MISFIT = 0.010
-"""Largest difference [m] between the distance of two touched points and that of their marks."""
+"""Largest difference [m] between the distance of two touched points and the distance of their marks."""
 MIN_AREA = 0.002
 """Smallest area [m^2] of the triangle of touched points that determines the plane."""
 
@@ -32,7 +33,8 @@ def board_pose_from_touches(points: np.ndarray, marks_B: np.ndarray, probe_radiu
         marks_B: the marks (x, y) on the board's face, in the same order, shape (3, 2) [m].
         probe_radius: radius of the probe's spherical tip [m], the height of its centre above the face.
 
-    Raises DrakeTrackerError when the points are (nearly) collinear, or their distances are not those of the marks.
+    Raises DrakeTrackerError when the points are (nearly) collinear, or their distances differ from the distances of the
+    marks.
     """
     points, marks_B = np.asarray(points, dtype=float), np.asarray(marks_B, dtype=float)
     cross = np.cross(points[1] - points[0], points[2] - points[0])

@@ -1,4 +1,4 @@
-"""The catch machine: runs the motor schema of `catch_schema.py` on what the arm's computer knows.
+"""The catch machine: runs the motor schema of `catch_schema.py` on the inputs of the arm's computer.
 
 The cup moves to a *goal*, a pose that stands still until the machine gives another one. Each time the predicted
 crossing has moved, a new straight-line motion begins, which lasts as long as its distance needs. The hand has no sense
@@ -44,7 +44,7 @@ class CatchState(OperatedState):
 
 @dataclass(frozen=True)
 class CatchObservation:
-    """What the arm's computer knows at a tick.
+    """The inputs of the arm's computer at a tick.
 
     Attributes:
         time: time of the tick [s].
@@ -109,7 +109,7 @@ class CatchMachine(OperatedMachine[CatchState, CatchObservation]):
         return getattr(self.config, name) if name else state.duration
 
     def goal_target(self, state: CatchState) -> np.ndarray:
-        """Returns the `ServoTarget` vector of the goal: a valid object that stands still there."""
+        """Returns the `ServoTarget` vector of the goal: a valid object at rest at the goal."""
         return resting_target(state.time, state.goal)
 
     def is_ready(self, state: CatchState) -> bool:

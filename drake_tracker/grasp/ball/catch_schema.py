@@ -40,8 +40,8 @@ CATCH_PROGRAMS = {
     CatchPhase.STOPPED: _program(MotionFrame.OBJECT, "", "stop_duration", blind=True),
     CatchPhase.MANUAL: _program(MotionFrame.OBJECT, "", "", blind=True),
 }
-"""What the arm does in each phase; heights and durations are fields of `CatchConfig`. An empty duration is the time
-that the distance to the goal takes; an empty height is zero, since the goal is that of the tool itself."""
+"""The program of the arm in each phase; heights and durations are fields of `CatchConfig`. An empty duration is the
+time for the distance to the goal. An empty height is zero, because the goal is a pose of the tool itself."""
 
 CATCH_SAME_MOTION = {
     (CatchPhase.FOLLOW, CatchPhase.SETTLE),

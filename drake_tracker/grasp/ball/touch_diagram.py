@@ -14,7 +14,7 @@ from drake_tracker.grasp.config import TouchConfig
 
 
 class TouchDiagram(Diagram):
-    """From what the arm feels to joint set-points, until three marks on the board are touched.
+    """From measured contact to joint set-points, until three marks on the board are touched.
 
     .. pydrake_system::
 

@@ -1,8 +1,8 @@
 """Touching three marks on the board with a guarded move (Nashman and Chaconas 1990, section 3): phases, state, machine.
 
 The paper places "the manipulator's end effector at three locations on the board". An operator has jogged the probe over
-each mark beforehand. Here the arm moves there and then down slowly until it feels contact, notes where its own encoders
-put the probe when the force began, and moves up again.
+each mark beforehand. Here the arm moves above the mark, moves down slowly until its drives measure contact, records the
+position of the probe by its encoders at the onset of the force, and moves up again.
 """
 
 import math
@@ -23,7 +23,7 @@ from drake_tracker.grasp.config import TouchConfig
 
 
 class TouchPhase(IntEnum):
-    """What the arm is doing: values of `TouchReport`'s ``phase`` field."""
+    """Phases of the arm: values of `TouchReport`'s ``phase`` field."""
 
     TRAVEL = 0
     ABOVE = 1

@@ -83,7 +83,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         return 0.0 if state.phase in BY_HAND else super().height(state)
 
     def frozen(self, state: PickState) -> Frozen:
-        """Returns what does not change during the motion. The hand follows vision until the jaws hold the part."""
+        """Returns the reference frame of the motion. The hand follows vision until the jaws hold the part."""
         return Frozen.GUIDED if state.phase in FOLLOWING else super().frozen(state)
 
     def duration(self, state: PickState) -> float:
@@ -219,7 +219,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the probability that the pads touch the part with both pairs beside it.
 
         The prediction has the same normal error across and along the jaws. Vision is followed until shortly before the
-        touch, so that the error is that of a prediction over its age and `RESPONSE`.
+        touch. The error is therefore the error of a prediction over its age and `RESPONSE`.
         """
         order = PickOrder(state.order)
         if not (order.valid and self._about_order(state, seen)):
@@ -259,7 +259,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
             p_WO: the place now, shape (3,) [m].
             wrist: angle of the last joint there [rad].
             v_WO: velocity of the place, shape (3,) [m/s].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         tool, v_WT = self._tool(state, seen)
         displacement = p_WO + [0.0, 0.0, self.height(state)] - tool[:3]
@@ -283,7 +283,7 @@ def _within(limit: float, centre: float, std: float) -> float:
 
 
 def may_carry_out(order: Any, places: np.ndarray, jaw_opening: float) -> bool:
-    """Returns whether a hand may carry out an order; one that it may not is ignored, as if it had not arrived.
+    """Returns whether a hand may carry out an order. Any other order is ignored, as if it had not arrived.
 
     Every number is finite; there is a part of a known kind, which fits between the open jaws; and its place is where
     parts may be put down.

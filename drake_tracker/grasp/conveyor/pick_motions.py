@@ -16,7 +16,7 @@ from drake_tracker.grasp.conveyor.pick_schema import PickObservation
 WRIST_MARGIN = 2.0 * LIMIT_MARGIN
 """Distance [rad] from the end of its range at which the last joint may end a motion."""
 JAW_TURNS = 2
-"""Number of directions in which the jaws are the same."""
+"""Number of directions of the jaws that are equivalent by symmetry."""
 
 
 class PickMotions:
@@ -31,17 +31,17 @@ class PickMotions:
         self.config, self.model = config, model
 
     def place_yaw(self, order: Any, place: np.ndarray, seen: PickObservation) -> float:
-        """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one
-        that the last joint can reach.
+        """Returns the direction of the tool [rad] in which the part lies as ordered: of the directions that the last
+        joint can reach, the direction nearest to the present direction.
 
-        The part turns with the hand, whose half turns about it count when it was taken. A part that looks the same
-        after a part of a turn may be put down in several directions. A part without a direction is put down with the
-        jaws along the ordered one or against it, so that they open where there is room beside the neighbours.
+        The part turns with the hand, whose half turns about it count when it was taken. A part with rotational symmetry
+        may be put down in several directions. A part without a direction is put down with the jaws along the ordered
+        one or against it, so that they open where there is room beside the neighbours.
 
         Args:
             order: a `PickOrder`.
             place: of the cell, shape (3,) [m].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         turns = PART_SHAPES[PartKind(int(order.kind))].turns or JAW_TURNS
         now, step = float(seen.status.yaw), 2.0 * math.pi / turns
@@ -64,7 +64,7 @@ class PickMotions:
         Args:
             p_WO: the place, shape (3,) [m].
             yaw: direction of the tool there, continuous [rad].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         p_WT, now = self.measured_tool(seen)
         return float(seen.arm_state[self.model.num_joints - 1]) + swing_about_base(p_WT, p_WO) + now - yaw
@@ -79,7 +79,7 @@ class PickMotions:
             wrist: angle of the last joint there [rad].
             v_WT: velocity of the tool at the start, shape (3,) [m/s].
             v_WO: velocity of the place, shape (3,) [m/s].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         config, n = self.config, self.model.num_joints
         time = way_time(displacement, v_WT, v_WO, config.hand_speed, config.hand_acceleration)
@@ -94,7 +94,7 @@ class PickMotions:
         Args:
             p_WO: the place, shape (3,) [m].
             yaw: direction of the object there [rad].
-            seen: what the arm's computer knows.
+            seen: the inputs of the arm's computer.
         """
         return math.remainder(self.wrist_at(p_WO, yaw, seen), math.pi)
 
@@ -102,8 +102,8 @@ class PickMotions:
 def way_time(displacement: np.ndarray, v_WT: np.ndarray, v_WO: np.ndarray, speed: float, acceleration: float) -> float:
     """Returns the duration of a motion of the hand to a place that may move [s].
 
-    The motion is planned in the frame of the place. Where the place comes towards the hand, the hand is slower in the
-    world than in that frame, and may be faster there by as much.
+    The motion is planned in the frame of the place. If the place comes towards the hand, the hand is slower in the
+    world than in the moving frame, and may be faster in the moving frame by the difference.
 
     Args:
         displacement: the place minus the hand, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""The motor schema of picking and placing as a table, and what the pick machine remembers and sees.
+"""The motor schema of picking and placing as a table, with the state and the inputs of the pick machine.
 
 Each order names a part on the belt and the cell that it belongs in. The hand goes above the part, descends and closes
 while both move, lifts the part, carries it to its cell, puts it down there and comes back.
@@ -53,8 +53,8 @@ PICK_PROGRAMS = {
     PickPhase.STOPPED: Program(_GOAL, "", "stop_duration", jaws_closed=False, blind=True),
     PickPhase.MANUAL: Program(_GOAL, "", "", jaws_closed=False, blind=True),
 }
-"""What the arm does in each phase; heights and durations are fields of `PickConfig`. An empty height is that of the
-goal, an empty duration the time that the distance takes. In `BY_HAND` the jaws stay as they are."""
+"""The program of the arm in each phase; heights and durations are fields of `PickConfig`. An empty height is the height
+of the goal, an empty duration the time for the distance. In `BY_HAND` the jaws stay as they are."""
 
 BY_HAND = (PickPhase.STOPPED, PickPhase.MANUAL)
 """Phases in which the operator decides."""
@@ -133,7 +133,7 @@ class PickState(OperatedState):
 
 @dataclass(frozen=True)
 class PickObservation:
-    """What the arm's computer knows at a tick.
+    """The inputs of the arm's computer at a tick.
 
     Attributes:
         time: time of the tick [s].

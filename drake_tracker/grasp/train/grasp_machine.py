@@ -1,4 +1,4 @@
-"""The grasp machine: runs the motor schema of `schema.py` on what the arm's computer knows."""
+"""The grasp machine: runs the motor schema of `schema.py` on the inputs of the arm's computer."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -87,7 +87,7 @@ class GraspState(OperatedState):
 
 @dataclass(frozen=True)
 class GraspObservation:
-    """What the arm's computer knows at a tick.
+    """The inputs of the arm's computer at a tick.
 
     Attributes:
         time: time of the tick [s].
@@ -161,7 +161,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         return state.goal[2] - self.rest_height if state.phase in BY_HAND else super().height(state)
 
     def frozen(self, state: GraspState) -> Frozen:
-        """Returns what does not change during the motion. A guided descent follows vision until the jaws hold."""
+        """Returns the reference frame of the motion. A guided descent follows vision until the jaws hold."""
         guided = self.config.descent == "guided" and state.phase in (Phase.INTERCEPT, Phase.CLOSE)
         return Frozen.GUIDED if guided else super().frozen(state)
 
@@ -278,7 +278,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
     # Parts of a tick.
 
     def _probability(self, state: GraspState, seen: GraspObservation) -> float:
-        """Returns the probability that a grasp succeeds: that which is under way, or one that would begin now."""
+        """Returns the probability that a grasp succeeds: the present grasp, or a grasp that would begin now."""
         remaining = time_to_touch(self.config)
         if state.phase == Phase.INTERCEPT:
             remaining = max(remaining - self._elapsed(state, seen), touch_delay(self.config))

@@ -1,9 +1,9 @@
 """The motor schema of grasping as a table (Allen et al. 1991, section 5).
 
 A skilled action is "an ordered set of parametrized motor control programs of short duration". Each phase is one such
-program: where the hand moves and for how long, what the jaws do, whether vision is used. `TRANSITIONS` says what leads
-from phase to phase; the conditions named there are methods of `GraspMachine`. The operator can stop the hand, or take
-control of it, in every phase.
+program: where the hand moves and for how long, what the jaws do, whether vision is used. `TRANSITIONS` has the
+conditions for the change of phase; these conditions are methods of `GraspMachine`. The operator can stop the hand, or
+take control of it, in every phase.
 """
 
 from enum import IntEnum
@@ -40,8 +40,8 @@ PROGRAMS = {
     Phase.STOPPED: Program(MotionFrame.GOAL, "", "stop_duration", jaws_closed=False, blind=True),
     Phase.MANUAL: Program(MotionFrame.GOAL, "", "", jaws_closed=False, blind=True),
 }
-"""What the arm does in each phase; heights and durations are fields of `GraspConfig`. An empty height is that of the
-goal, an empty duration the time that the distance to it takes. In `BY_HAND` the jaws stay as they are."""
+"""The program of the arm in each phase; heights and durations are fields of `GraspConfig`. An empty height is the
+height of the goal, an empty duration the time for the distance to the goal. In `BY_HAND` the jaws stay as they are."""
 
 BY_HAND = (Phase.STOPPED, Phase.MANUAL)
 """Phases in which the operator decides."""

@@ -1,4 +1,4 @@
-"""What the video, the picture of the detector and the 3-D recording of a run of the ball show."""
+"""Content of the video, the picture of the detector and the 3-D recording of a run of the ball."""
 
 from dataclasses import replace
 from enum import IntEnum
@@ -59,7 +59,7 @@ def arrival_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
 
 
 def ball_film(setup: BallSetup, hand_eye: HandEyeDiagram) -> Film:
-    """Returns what the camera video of a run of the ball shows.
+    """Returns the content of the camera video of a run of the ball.
 
     Args:
         setup: the resolved scenario.

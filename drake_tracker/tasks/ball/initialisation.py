@@ -189,7 +189,7 @@ def photograph_board(touching: BoardTouchingDiagram, context: Context) -> list[n
 def find_board(
     images: Sequence[np.ndarray], camera: BoardCameraConfig, operator: OperatorConfig
 ) -> tuple[list[CircleMeasurement], BoardPose]:
-    """Returns measurements of what may be the circles, and the pose of the board in the camera that fits four of them.
+    """Returns measurements of candidate circles, and the pose of the board in the camera that fits four circles.
 
     Args:
         images: RGB images of the board, each of shape (h, w, 3).
@@ -203,7 +203,7 @@ def find_board(
 
 
 def measure_circles(images: Sequence[np.ndarray], operator: OperatorConfig) -> list[CircleMeasurement]:
-    """Returns measurements of what may be the circles of the board.
+    """Returns measurements of the candidate circles of the board.
 
     With windows, the measurement with the largest area in each window is returned. Without windows, everything that
     looks like a circle is returned.

@@ -1,4 +1,5 @@
-"""A run of the ball, resolved: what a scenario and the poses of the board amount to, each question answered once."""
+"""A resolved run of the ball: everything that follows from a scenario and the poses of the board, each value computed
+once."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,7 +33,7 @@ from drake_tracker.world.imaging.cameras import ImageWindow, lens_matrix, render
 
 @dataclass(frozen=True, eq=False)
 class BallSetup:
-    """What a scenario of the ball amounts to. Everything but the arguments is computed when it is first read.
+    """A resolved scenario of the ball. Everything but the arguments is computed when it is first read.
 
     Attributes:
         scenario: the settings.
@@ -66,7 +67,7 @@ class BallSetup:
 
     @cached_property
     def faults(self) -> tuple[Fault, ...]:
-        """What goes wrong."""
+        """The injected faults."""
         scenario = self.scenario
         return make_faults(scenario.faults, seed=scenario.seed, lag=scenario.vision.throughput_cycles * VISION_PERIOD)
 
@@ -102,7 +103,7 @@ class BallSetup:
 
 
 def resolve(scenario: BaseScenario, poses: BoardPoses) -> BallSetup:
-    """Returns what a scenario of the ball amounts to.
+    """Returns the resolved scenario of the ball.
 
     Args:
         scenario: the settings.

@@ -1,8 +1,8 @@
 """The task of a conveyor: an arm picks parts from a moving belt and puts them into the cells of two trays.
 
-A scenario goes in. `resolve` computes what it amounts to, a `ConveyorSetup`, and `build` makes the hand-eye diagram of
-it. Begin with `scenario.py`, `setup.py` and `diagram.py`. After a run, its log goes into
-`part_histories`, what became of each part, and `summarise_conveyor`, which counts them and says why parts were missed.
+A scenario goes in. `resolve` computes a `ConveyorSetup` from it, and `build` makes the hand-eye diagram of the set-up.
+Begin with `scenario.py`, `setup.py` and `diagram.py`. After a run, `part_histories` computes the fate of each part from
+the log, and `summarise_conveyor` counts the parts and gives the reasons for missed parts.
 """
 
 import lazy_loader

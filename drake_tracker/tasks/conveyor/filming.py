@@ -1,4 +1,4 @@
-"""What the video and the 3-D recording of a run of the conveyor show."""
+"""Content of the video and the 3-D recording of a run of the conveyor."""
 
 from enum import IntEnum
 from typing import Any
@@ -39,7 +39,7 @@ AHEAD = 1.0
 _VY = 11
 """Velocity along the belt in the state of a free body."""
 _SAME = 0.05
-"""Distance up to which a true part is the one that a packet describes [m]."""
+"""Distance up to which a true part is assigned to a packet [m]."""
 _PLACE = [BELT_FIELDS.index("x"), BELT_FIELDS.index("y")]
 
 
@@ -73,7 +73,7 @@ CONVEYOR_VIEW = View(
 
 
 def conveyor_film(setup: ConveyorSetup, hand_eye: HandEyeDiagram) -> Film:
-    """Returns what the camera video of a run of the conveyor shows.
+    """Returns the content of the camera video of a run of the conveyor.
 
     Args:
         setup: of a scenario with ``vision: !Rendered``.

@@ -51,7 +51,7 @@ def conveyor_overview_facts(scenario: ConveyorScenario, hand_eye: Any) -> dict[s
 
 
 def conveyor_overview_values(now: float, p_WT: np.ndarray, read: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns where the parts and the hand are, and what the hand does.
+    """Returns the places of parts and hand, and the activity of the hand.
 
     ``seen`` are the parts as the host estimates them: [number, kind, x, y, yaw, room beside it]. ``true`` are all parts
     within the picture: [index, x, y, yaw].

@@ -1,4 +1,4 @@
-"""What became of each part in a run of the conveyor, according to the log."""
+"""The fate of each part in a run of the conveyor, according to the log."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class PartHistory:
-    """What became of one part. Times are None for what did not happen.
+    """The fate of one part. The time of an event that did not happen is None.
 
     Attributes:
         number: of the part, from 1, in the order of arrival.
@@ -77,7 +77,7 @@ class PartHistory:
 
 
 def part_histories(setup: ConveyorSetup, arrivals: Sequence[Arrival], log: Log) -> tuple[PartHistory, ...]:
-    """Returns what became of each part, in the order of arrival.
+    """Returns the fate of each part, in the order of arrival.
 
     Args:
         setup: the resolved scenario of the run.

@@ -1,4 +1,4 @@
-"""A run of the conveyor, resolved: what a scenario amounts to, each question answered once."""
+"""A resolved run of the conveyor: everything that follows from a scenario, each value computed once."""
 
 import math
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ HIGHEST = max(shape.height for shape in PART_SHAPES.values())
 
 @dataclass(frozen=True, eq=False)
 class ConveyorSetup:
-    """What a scenario of the conveyor amounts to. Everything but the settings is computed when it is first read.
+    """A resolved scenario of the conveyor. Everything but the settings is computed when it is first read.
 
     Attributes:
         scenario: the settings.
@@ -84,7 +84,7 @@ class ConveyorSetup:
 
     @cached_property
     def faults(self) -> tuple[Fault, ...]:
-        """What goes wrong."""
+        """The injected faults."""
         scenario = self.scenario
         if not scenario.faults:
             return ()
@@ -153,7 +153,7 @@ class ConveyorSetup:
     def pipeline(self) -> ImagePipeline | None:
         """How the images are made beside the simulation; None: they are rendered when they are read.
 
-        The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them.
+        The lag of the vision hides the latency of the images, which may take up the whole lag but one cycle.
         """
         vision = self.scenario.vision
         if not isinstance(vision, Rendered):
@@ -166,7 +166,7 @@ class ConveyorSetup:
 
 
 def resolve(scenario: BaseScenario) -> ConveyorSetup:
-    """Returns what a scenario of the conveyor amounts to.
+    """Returns the resolved scenario of the conveyor.
 
     Args:
         scenario: the settings.

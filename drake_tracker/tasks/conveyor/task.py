@@ -51,7 +51,7 @@ from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlac
 from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
 
 _REPORTS, _ARM = ("diagnosis", "status"), ("arm_state", "jaws")
-"""Signals of the arm that the host reads, and those that vision reads."""
+"""Signals of the arm that the host reads, and signals that vision reads."""
 _HOST = ("estimator", "dispatch", "eligibility", "window", "cycle", "link", "guard", "servo")
 """Settings that have an effect in every replay."""
 _COUNT, _MM = (1.0, "", 0), (1e3, "mm", 1)
@@ -292,7 +292,7 @@ TASK = ConveyorTask()
 
 
 def with_target(log: Log, truth_signal: str) -> dict[str, Signal]:
-    """Returns a log in which the true state is that of the part that the arm has a packet about.
+    """Returns a log in which the true state is the state of the part that the arm has a packet about.
 
     Args:
         log: {name: Signal} of the run.

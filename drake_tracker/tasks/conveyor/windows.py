@@ -1,4 +1,4 @@
-"""When the parts of a run could be picked, and how many of them at most."""
+"""The times in which the parts of a run could be picked, and the largest number of picks."""
 
 from collections.abc import Sequence
 

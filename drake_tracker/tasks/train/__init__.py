@@ -1,8 +1,8 @@
 """The task of Allen et al. 1991: two cameras watch a model train, and an arm grasps it while it moves.
 
-A scenario goes in. `resolve` computes what it amounts to, a `TrainSetup`; `build` makes the hand-eye diagram of it, and
-`make_arm_side` and `make_host_side` the same in two processes. After a run, its log goes into `summarise`, which
-measures errors against ground truth. Begin with `scenario.py`, `setup.py` and `diagram.py`.
+A scenario goes in. `resolve` computes a `TrainSetup` from it; `build` makes the hand-eye diagram of the set-up, and
+`make_arm_side` and `make_host_side` make its two halves for two processes. After a run, its log goes into `summarise`,
+which measures errors against ground truth. Begin with `scenario.py`, `setup.py` and `diagram.py`.
 """
 
 import lazy_loader

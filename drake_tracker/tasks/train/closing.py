@@ -17,7 +17,7 @@ from drake_tracker.world.train.speed_law import distance_at
 REACH_ALONG = 0.05
 """Greatest distance along the faces of the jaws at which the middle of a train of scale 1 can still be gripped [m]."""
 LATEST = 0.15
-"""Time [s] after the pads should have touched up to which a contact is that of the closing."""
+"""Time [s] after the expected touch of the pads up to which a contact belongs to the closing."""
 _STEP = 0.001
 """Time step at which paths are compared [s]."""
 

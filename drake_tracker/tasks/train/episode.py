@@ -1,4 +1,4 @@
-"""What happened in a run of the train, according to its log: phases, the train's true path, and errors.
+"""The events of a run of the train, according to its log: phases, the train's true path, and errors.
 
 Errors are horizontal, at the centre of the train's body, and split into components along and across its true direction
 of travel.

@@ -1,4 +1,4 @@
-"""What an arm can reach: the pose in which it waits, and whether it can follow a track."""
+"""The reach of an arm: the pose in which it waits, and whether it can follow a track."""
 
 import numpy as np
 

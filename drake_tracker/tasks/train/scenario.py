@@ -234,7 +234,7 @@ class TrainScenario(BaseScenario):
         return found + late + ([] if late else grasp_problems(self))
 
     def _object_problems(self) -> list[tuple[str, str]]:
-        """Returns what is wrong with colours and further objects, in the form of `problems`."""
+        """Returns the problems of colours and further objects, in the form of `problems`."""
         found = []
         colours = {"table_colour": (self.table_colour, True), "train.colour": (self.train.colour, True)}
         for number, item in enumerate(self.objects):

@@ -1,4 +1,4 @@
-"""A run of the train, resolved: what the settings of a scenario amount to, each question answered once."""
+"""A resolved run of the train: everything that follows from the settings of a scenario, each value computed once."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,7 +32,7 @@ from drake_tracker.world.train.tracks import Track
 
 @dataclass(frozen=True, eq=False)
 class TrainSetup:
-    """What a scenario of the train amounts to. Everything but the settings is computed when it is first read.
+    """A resolved scenario of the train. Everything but the settings is computed when it is first read.
 
     Each attribute raises DrakeTrackerError when the scenario cannot be built in this respect: a file is missing, a
     custom arm is not allowed, or the arm cannot reach the pose in which it waits.
@@ -96,7 +96,7 @@ class TrainSetup:
 
     @cached_property
     def reach(self) -> Reach:
-        """The controller's model of the arm, the joints at the start, and what the arm can reach."""
+        """The controller's model of the arm, the joints at the start, and the reach of the arm."""
         return Reach(self.arm, self.home, self.scenario.grasp)
 
     @cached_property
@@ -111,7 +111,7 @@ class TrainSetup:
 
     @cached_property
     def faults(self) -> tuple[Fault, ...]:
-        """What goes wrong."""
+        """The injected faults."""
         scenario = self.scenario
         if not scenario.faults:
             return ()
@@ -135,7 +135,8 @@ class TrainSetup:
 
     @cached_property
     def cameras(self) -> dict[str, CameraModel]:
-        """{side: camera as the controller knows it}: that of the calibration file, with faults of the calibration."""
+        """{side: camera as the controller knows it}: the camera of the calibration file, with faults of the
+        calibration."""
         return calibrated_with(self.faults, self.calibrated)
 
     @cached_property
@@ -164,7 +165,7 @@ class TrainSetup:
     def pipeline(self) -> ImagePipeline | None:
         """How the images are made beside the simulation; None: they are rendered when they are read.
 
-        The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them. A vision
+        The lag of the vision hides the latency of the images, which may take up the whole lag but one cycle. A vision
         of several objects describes its newest image, a motion detector the middle one of three.
         """
         if self.measured:
@@ -182,7 +183,7 @@ class TrainSetup:
 
 
 def resolve(scenario: BaseScenario) -> TrainSetup:
-    """Returns what a scenario of the train amounts to.
+    """Returns the resolved scenario of the train.
 
     Args:
         scenario: the settings.

@@ -250,7 +250,7 @@ def _rms(size: np.ndarray) -> float | None:
 
 
 def wrist_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
-    """Returns what the summary of a run says about the camera on the hand. No ground truth is used.
+    """Returns the entries of the summary about the camera on the hand. No ground truth is used.
 
     Times are stamps of images, while vision had a target or looked for one.
 

@@ -43,8 +43,8 @@ def place_track(scenario: TrainScenario, reach: Reach | None) -> tuple[Track, fl
 
     Centre and rotation within their ranges, the direction and the start are drawn at random, where the scenario leaves
     them open. A random walk is drawn anew for each placement, within the work volume and on the table. A track that
-    does not fit (see `check_track`) is placed again, unless it comes from a file. When none of the placements fits, the
-    first of those that are only out of reach is returned, or else the first of all.
+    does not fit (see `check_track`) is placed again, unless it comes from a file. If no placement fits, the first
+    placement that is only out of reach is returned, or else the first placement.
 
     Args:
         scenario: the scenario.

@@ -72,7 +72,7 @@ def code_of_host(scenario: BaseScenario) -> list[str]:
 
 
 def resolve_split(scenario: BaseScenario) -> TrainSetup:
-    """Returns what a scenario amounts to. Raises DrakeTrackerError when it cannot be split into two processes."""
+    """Returns the resolved scenario. Raises DrakeTrackerError when it cannot be split into two processes."""
     require_task(scenario, "train", _WHY)
     setup = resolve(scenario)
     if setup.sees_hand:

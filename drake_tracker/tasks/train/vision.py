@@ -139,7 +139,7 @@ def _several_vision(
 
 
 def wrist_parts(setup: TrainSetup) -> WristParts:
-    """Returns the camera on the hand and what finds the object in its images.
+    """Returns the camera on the hand, and the System that finds the object in its images.
 
     Args:
         setup: the resolved scenario of a hand with a camera.
@@ -188,7 +188,7 @@ def measured_vision(setup: TrainSetup) -> MeasuredVisionDiagram:
 
 
 def _point_faults(setup: TrainSetup) -> PointFaultsSystem | None:
-    """Returns what goes wrong with the points of measured vision, or None when nothing does."""
+    """Returns the faults of the points of measured vision, or None without faults."""
     if not faults_at(setup.faults, PointFault) and not faults_at(setup.faults, CalibrationFault):
         return None
     return PointFaultsSystem(setup.faults, setup.calibrated, setup.scenario.vision.work_volume)

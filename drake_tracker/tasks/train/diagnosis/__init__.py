@@ -1,4 +1,4 @@
-"""What happened in a run of the train, from its log.
+"""The events of a run of the train, from its log.
 
 The scenario and the log of a run go in; attempts, failures and their causes come out, for the summary and the page of
 the run. Begin with `failure.py`.

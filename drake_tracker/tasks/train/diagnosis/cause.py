@@ -31,9 +31,9 @@ _MOTION = (*(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAI
 def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
     """Returns the trouble to which a failure is due, None when nothing in the log was out of the ordinary.
 
-    Ground truth is used, as in every judgement after a run; the settings of injected faults are not. What happens after
-    the hand touched the train is a consequence, and counts only if nothing was wrong before. The hand reaches the train
-    when the jaws begin to close; what moves the train from then on may be the hand.
+    Ground truth is used, as in every judgement after a run; the settings of injected faults are not. Events after the
+    hand touched the train are consequences. They count only if nothing was wrong before. The hand reaches the train
+    when the jaws begin to close; from then on, the hand may move the train.
 
     Args:
         setup: the resolved scenario of the run.
@@ -58,7 +58,7 @@ def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Tro
     order = list(Cause)
 
     def rank(trouble: Trouble) -> tuple[int, float, int, float]:
-        """Trouble with the train comes first, then what lasted longest; the end of the track is only the end."""
+        """Trouble with the train comes first, then the longest trouble, and the end of the track last."""
         if trouble.cause in _MOTION:
             return 0, 0.0, order.index(trouble.cause), trouble.start
         lasted = _lasted(trouble.cause, mattered) // LONGER

@@ -40,17 +40,17 @@ _GATE_WAITS_FOR = {
     Gate.SUCCESS_UNLIKELY: "a likely success",
     Gate.OUT_OF_REACH: "a meeting point within reach",
 }
-"""What the arm waits for while tracking, by the verdict of the gate."""
+"""The arm's reason for waiting while tracking, by the verdict of the gate."""
 _PHASE_WAITS_FOR = {
     Phase.ACQUIRE: "the train to be seen",
     Phase.HOVER: "a fresh prediction",
     **dict.fromkeys(BY_HAND, "the operator"),
 }
-"""What the arm waits for in other phases."""
+"""The arm's reason for waiting in other phases."""
 
 
 def activity(phase: Phase, gate: Gate, unseen: str = "") -> str:
-    """Returns the phase and, after a colon, why the target is not seen or what the arm waits for in this phase.
+    """Returns the phase and, after a colon, the reason for an unseen target or for waiting in this phase.
 
     Args:
         phase: the phase.
@@ -78,7 +78,7 @@ class Failure(NamedTuple):
 def explain_failure(
     setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
 ) -> Failure | None:
-    """Returns why the train was not lifted, None when it was. The arguments are those of `failure_reason`."""
+    """Returns why the train was not lifted, None when it was. `failure_reason` explains the arguments."""
     reason = failure_reason(setup, log, spans, valid_fraction, False)
     if reason is None:
         return None

@@ -10,7 +10,8 @@ _ROUNDING = 1e-9
 
 
 class Cause(StrEnum):
-    """What kept the arm from lifting the train, as in the summary of a run. A cause comes before its consequences."""
+    """Trouble that kept the arm from lifting the train, as in the summary of a run. A cause comes before its
+    consequences."""
 
     TRAIN_LOST = "train_lost"
     DERAILED = "derailed"

@@ -24,7 +24,7 @@ BESIDE = 0.010
 """Distance from the track [m] at which the train does not stand on the rail; 6 mm is the most that occurs, in the
 tightest corners."""
 RAISED = 0.010
-"""Height above the rail [m] at which the train does not stand on it."""
+"""Height above the rail [m] at which the train no longer stands on the rail."""
 CARRIED = 0.03
 """Height above the rail [m] to which a train is lifted only if it is carried."""
 END_ZONE = 0.05
@@ -77,7 +77,7 @@ def motion_troubles(setup: TrainSetup, log: Log, until: float) -> list[Trouble]:
 def _beside_its_track(
     setup: TrainSetup, log: Log, times: np.ndarray, beside: np.ndarray, until: float
 ) -> list[Trouble]:
-    """Returns the stretches in which the train was not on its track, with what became of it."""
+    """Returns the intervals in which the train was not on its track, each with the outcome."""
     found = troubles(Cause.TRAIN_DISPLACED, "the train was moved", times, beside, 0.05, bridge=0.5)
     if not found or found[-1].end < times[-1] - 0.1:
         return found

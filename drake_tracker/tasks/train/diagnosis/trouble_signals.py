@@ -26,8 +26,8 @@ SHAKY = 0.006
 CONSTANT = 0.7
 """Errors whose mean vector is longer than this fraction of their mean length have one direction in W."""
 LASTING = 0.8
-"""Share of the time from the first such error to the last in which a wrong calibration causes them. Something that
-comes and goes, such as a shadow, causes them for less."""
+"""Share of the time from the first such error to the last in which a wrong calibration causes them. A temporary
+disturbance, such as a shadow, causes errors for a smaller share."""
 HOST_LATE, LINK_LATE = 0.2, 0.12
 """Ages [s] of the host's packet relative to vision's newest point, and of the arm's relative to the host's, that do not
 occur in normal runs."""
@@ -127,7 +127,7 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
 
 
 def rejected_packets(log: Log, until: float) -> list[Trouble]:
-    """Returns where the arm kept rejecting packets of the host. Those that came too late are trouble with the link.
+    """Returns where the arm kept rejecting packets of the host. Late packets are trouble with the link.
 
     Args:
         log: {name: Signal} of the run; that of an earlier version has no ``packet_report``.

@@ -1,6 +1,6 @@
-"""What went wrong while vision tracked several objects, from the log of a run: for its summary, and in sentences.
+"""Trouble with the tracking of several objects, from the log of a run: for its summary, and in sentences.
 
-All of it is what vision itself reported. No ground truth is used.
+All of it was reported by vision itself. No ground truth is used.
 """
 
 from collections import Counter
@@ -39,10 +39,10 @@ _UNUSABLE_WORDS = {
 
 
 def tracking_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
-    """Returns what went wrong with the tracking of several objects.
+    """Returns the trouble with the tracking of several objects.
 
-    Times are stamps of images. What concerns the target is counted while the arm uses vision; a target that was lifted
-    may be lost. Measured vision has no images: what concerns them is then None or empty.
+    Times are stamps of images. Trouble with the target is counted while the arm uses vision; a lifted target may be
+    lost. Measured vision has no images; entries about images are then None or empty.
 
     - ``most_tracks``: most objects tracked at a time.
     - ``overflow``: most regions and tracks without a slot at a time.
@@ -196,7 +196,7 @@ def _unusable(regions: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 
 def _camera(rows: np.ndarray) -> dict[str, Any] | None:
-    """Returns what one camera did, None when it stood still."""
+    """Returns the motion of one camera, None for a camera at rest."""
     verdicts = [_verdict(row) for row in rows]
     stamps, sizes = _field(rows, "stamp"), _field(rows, "displacement")
     moved = np.array([verdict in (Verdict.COMPENSATED, Verdict.DISPLACED) for verdict in verdicts], bool)
@@ -235,7 +235,7 @@ def _field(rows: np.ndarray, name: str) -> np.ndarray:
 
 
 def _fresh_regions(signal: Signal | None) -> np.ndarray:
-    """Returns the `Regions` vectors with a stamp of their own, shape (n, k); n is 0 without such a signal."""
+    """Returns the `Regions` vectors with a new stamp, shape (n, k); n is 0 without such a signal."""
     fields = Regions.get_fields()
     if signal is None or signal.names != tuple(fields):
         return np.zeros((0, len(fields)))

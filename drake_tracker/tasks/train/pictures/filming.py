@@ -1,4 +1,4 @@
-"""What the video, the pictures of motion detector and grasp, and the 3-D recording of a run of the train show."""
+"""Content of the video, the pictures of motion detector and grasp, and the 3-D recording of a run of the train."""
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum
@@ -122,7 +122,7 @@ def _offsets(hand_eye: HandEyeDiagram) -> dict[str, tuple[int, int]]:
 
 
 def train_film(setup: TrainSetup, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
-    """Returns what the camera video of a run of the train shows.
+    """Returns the content of the camera video of a run of the train.
 
     Args:
         setup: of a scenario with ``vision: !Rendered``.

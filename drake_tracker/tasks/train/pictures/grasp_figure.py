@@ -1,5 +1,5 @@
-"""The picture of a grasp: what the cameras saw in the last half second before the jaws touched the train, what vision
-found there, where the arm expected the contact, and where its hand was.
+"""The picture of a grasp: the camera images of the last half second before the jaws touched the train, the results of
+vision, the expected place of the contact, and the hand.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,7 +26,7 @@ from drake_tracker.tasks.train.pictures.grasp_instants import COUNT, GraspInstan
 from drake_tracker.tasks.train.setup import TrainSetup
 
 VISION, CONTACT, JAWS = "#ffb000", "#4cc2ff", "#37e0a6"
-"""Colours of what vision found, of the predicted contact and of the hand, on the images."""
+"""Colours of the results of vision, of the predicted contact and of the hand, on the images."""
 _NAMES = (("predicted place of the contact", "#1480bd"), ("pads, by kinematics", HAND))
 _VISION_NAME = "#b87a00"
 """Legend, in darker shades of the same colours."""
@@ -129,7 +129,7 @@ def _draw_sight(ax: Axes, sight: InstantView, view: tuple[float, float, float, f
 
 
 def _caption(ax: Axes, instant: GraspInstant) -> None:
-    """Writes above a view when it was, and what the arm knew."""
+    """Writes the time and the arm's knowledge above a view."""
     lines = [
         (_words(instant.before), 13, "bold", INK),
         (instant.phase.name.lower(), 10.5, "bold", phase_colour(instant.phase)),

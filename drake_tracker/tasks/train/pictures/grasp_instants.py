@@ -1,5 +1,5 @@
-"""What was known at the last instants before the contact of jaws and train: what vision found in the images of these
-instants, where the arm expected the contact, and where its hand was.
+"""The knowledge at the last instants before the contact of jaws and train: the results of vision in the images of these
+instants, the expected place of the contact, and the hand.
 
 Everything except the instant of the contact is from signals of the loop. Pixel coordinates are those of the full image.
 """
@@ -30,7 +30,7 @@ _NOWHERE.flags.writeable = False
 
 @dataclass(frozen=True, eq=False)
 class InstantView:
-    """What one camera saw at an instant, and where the things that were known are in its image.
+    """The image of one camera at an instant, and the places of the known things in this image.
 
     Attributes:
         image: the image, BGR uint8 of shape (height, width, 3).
