@@ -1,9 +1,9 @@
 """The arm: from packets of predicted path to joint set-points.
 
-In go packets of predicted path (`Prediction`), the measured joints and what the hand should do next (`ArmCommand`,
-from a System of `drake_tracker.grasp`); out come the desired joint state, feedforward torques and jaw set-points. Begin
-with `arm_diagram.py`, which connects the parts of `motion` and `safety`. `ArmDescription` says which models an arm and
-its hand consist of, and `ARMS` registers the arms that exist.
+Inputs are packets of predicted path (`Prediction`), the measured joints and the command for the hand (`ArmCommand`,
+from a System of `drake_tracker.grasp`). Outputs are the desired joint state, feedforward torques and jaw set-points.
+Begin with `arm_diagram.py`, which connects the parts of `motion` and `safety`. `ArmDescription` says which models an
+arm and its hand consist of, and `ARMS` registers the arms that exist.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""How near the arm comes to itself and to fixed obstacles, such as the table."""
+"""Distances between the links of the arm, and from the arm to fixed obstacles, such as the table."""
 
 from collections.abc import Sequence
 from enum import Enum
@@ -20,7 +20,7 @@ _ALREADY_NEAR = 2.0
 
 
 class Nearness(Enum):
-    """What a link is too near to."""
+    """The body that a link is too near to."""
 
     OBSTACLE = "obstacle"
     LINK = "link"
@@ -32,7 +32,7 @@ class ArmClearance:
     Links that a joint connects are not watched, nor are pairs that are near each other already at ``q_start`` of the
     description: they stay so by construction. The fingers are in the middle of their travel.
 
-    One scratch Context serves all calls; nothing is kept from call to call.
+    One scratch Context serves all calls, and no state is kept between calls.
 
     Args:
         description: the arm and its hand.

@@ -61,26 +61,26 @@ class ArmDiagram(Diagram):
     - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
     - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
     - ``accepted``: the newest packet that the arm may follow, a `Prediction`, for displays. All zeros: none yet.
-    - ``packet_report``: what became of the packets, a `PacketReport`, for logs.
+    - ``packet_report``: counts of accepted and rejected packets, a `PacketReport`, for logs.
     - ``target``: the object as the servo estimates it, a `ServoTarget`, for logs. All zeros: nothing estimated yet.
     - ``command``: the decision's `ArmCommand`, for logs.
     - ``status``: a `ToolStatus`, for logs.
-    - ``diagnosis``: why the decision does what it does, for logs; its message type depends on the decision.
+    - ``diagnosis``: reasons of the decision, for logs; its message type depends on the decision.
     - ``goal``: where the hand goes under the operator's control, a `ServoTarget`.
     - ``q_commanded``: joint set-points, n values [rad], for logs.
-    - ``limiter_report``: what the limiter of the joints did, a `LimiterReport`, for logs.
-    - ``hand_correction``, with ``edge`` only: what is subtracted from the target on its way to the transform equation,
-      a `HandCorrection`, for logs.
+    - ``limiter_report``: interventions of the joint limiter, a `LimiterReport`, for logs.
+    - ``hand_correction``, with ``edge`` only: the correction that is subtracted from the target before the transform
+      equation, a `HandCorrection`, for logs.
 
     The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
     period in the slots of the servo. Without a hand that has jaws, there are no ports ``jaws`` and
     ``gripper_desired_state``. Every other input or output port of the decision is a port of the diagram.
 
     Args:
-        decision: the System that decides what the hand does next, such as `drake_tracker.grasp.GraspSystem`. It needs
+        decision: the System that decides on the motion of the hand, such as `drake_tracker.grasp.GraspSystem`. It needs
             inputs ``target``, ``packet`` and ``status`` and outputs ``command`` and ``diagnosis``. With an input
-            ``jaws`` it has jaws to move. With an output ``object`` (a `ServoTarget`) it sends the hand there, and not
-            to where the servo estimates the object; with an output ``goal`` (the same), only in motions in the frame
+            ``jaws`` it has jaws to move. An output ``object`` (a `ServoTarget`) replaces the servo's estimate as the
+            place of the hand; an output ``goal`` (also a `ServoTarget`) does so only in motions in the frame
             `MotionFrame.GOAL`.
         guard: decides which packets the arm follows.
         servo: parameters of the trajectory generator.
@@ -91,7 +91,7 @@ class ArmDiagram(Diagram):
         period: period of the set-points [s].
         jaw_opening: opening of the jaws at the start [m].
         clearance: distances that the limiter of the joints keeps; None: it keeps none.
-        edge: corrects the target by what the cameras see of the hand; None: nothing does.
+        edge: corrects the target by the cameras' measurements of the hand; None: nothing does.
         swings: whether the hand goes far about the base, see `ToolMotion`.
 
     Attributes:

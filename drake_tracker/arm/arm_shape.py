@@ -12,9 +12,9 @@ from drake_tracker.arm.plant import add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
 TOLERANCE = 0.001
-"""Depth [m] of what is left out of a piece to save points. At the default cameras, 1 mm is a third of a pixel."""
+"""Depth [m] of the parts that a piece omits to save points. At the default cameras, 1 mm is a third of a pixel."""
 _DIRECTIONS = 1000
-"""Directions in which the extent of a piece is compared with that of all its points."""
+"""Directions in which the extent of a piece is compared with the extent of all its points."""
 _SPHERE_POINTS = 200
 _CIRCLE_POINTS = 48
 
@@ -24,10 +24,10 @@ class ArmShape:
 
     There is one piece for each geometry with the perception role, which is what cameras render: the convex hull of a
     mesh, or the shape itself. Points of a hull that matter by less than `TOLERANCE` are left out. Links that are fixed
-    to the world are left out as well: the base does not move in an image, and the table hides most of it. The models
-    are read once, on construction, into a plant of their own that holds only the arm and the hand.
+    to the world are omitted: the base does not move in an image, and the table hides most of the base. The models are
+    read once, on construction, into a separate plant that holds only the arm and the hand.
 
-    One scratch Context serves all calls; nothing is kept from call to call.
+    One scratch Context serves all calls, and no state is kept between calls.
 
     Args:
         description: the arm and its hand.

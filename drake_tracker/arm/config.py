@@ -37,11 +37,13 @@ class ServoConfig:
 
 @dataclass(frozen=True)
 class PacketGuardConfig:
-    """What the receiver of packets accepts. `drake_tracker.arm.safety.packet_guard.PacketGuard` explains the limits.
+    """Limits of the packets that the receiver accepts. `drake_tracker.arm.safety.packet_guard.PacketGuard` explains the
+    limits.
 
     Attributes:
-        margin: distance from the volume in which vision sees the object up to which a path may begin [m]. Vision itself
-            accepts points up to 0.05 m outside of it; the rest is for a filter that overshoots.
+        margin: distance from the volume in which vision sees the object up to which a path may begin [m]. Vision
+            accepts points up to 0.05 m outside of the volume; the rest of the margin allows for the overshoot of a
+            filter.
         max_speed: largest speed at which a path may begin [m/s]. The fastest train has a mean speed of 1 m/s that
             varies by 90 %; the ball rolls more slowly.
         table_tolerance: largest depth of a path below the table top [m]. It is less than the height at which the hand
@@ -64,8 +66,8 @@ class HandEyeConfig:
     """How the cameras' view of the hand corrects where the hand is sent. Needs markers on the hand (``arm.markers``).
 
     Attributes:
-        correct: whether the target is corrected. Without it, what the cameras see of the hand is logged, and displaces
-            the mask of the arm in the images.
+        correct: whether the target is corrected. Without it, the cameras' measurements of the hand are logged, and
+            displace the mask of the arm in the images.
         time_constant: time constant with which the correction follows the measurements [s].
         largest_rate: largest rate at which it follows them [m/s].
         largest: largest distance between the hand that is seen and the hand that the joints tell [m]. A measurement
@@ -99,7 +101,7 @@ class Puma560:
 
     Attributes:
         markers: whether the fingers of the gripper carry markers by which cameras see where the hand is. The arm then
-            corrects its target by what they tell (`HandEyeConfig`).
+            corrects its target by the measured markers (`HandEyeConfig`).
     """
 
     markers: bool = setting(False, "markers on the fingers, by which the cameras see the hand; for the train only")
@@ -117,7 +119,7 @@ class UR5e:
 
 
 class HandKind(Enum):
-    """The hand at the end of an arm; a task needs one of them."""
+    """The hand at the end of an arm; a task needs a given kind of hand."""
 
     GRIPPER = "gripper"
     CUP = "cup"

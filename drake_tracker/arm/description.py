@@ -22,7 +22,7 @@ PROBE_FRAME = "probe"
 
 @dataclass(frozen=True)
 class ArmDescription:
-    """What distinguishes one arm with its hand from another.
+    """Description of an arm with its hand.
 
     Attributes:
         arm_url: URL of the arm's model, ``package://drake_tracker_models/...`` or ``file://...``.

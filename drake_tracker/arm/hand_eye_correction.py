@@ -1,11 +1,11 @@
-"""The visual edge of the transform graph: what the cameras see of the hand corrects where the hand is sent.
+"""The visual edge of the transform graph: the cameras' measurements of the hand correct the target of the hand.
 
 In figure 11 of Allen et al. 1991 the object's pose comes from the cameras, and the hand's pose from the joints. If the
 calibration of the cameras is wrong, the hand misses the object by the error of vision. Section 7 of the paper proposes
-to let the cameras watch the hand, too, and to update Drive by what they see. An error of the calibration displaces the
-hand almost as much as the object below it. The hand as seen minus the hand as measured by the joints is therefore the
-error of vision at this place. It is subtracted from the object's position, so that Drive closes on the vector from the
-hand to the object *as vision sees both*.
+to let the cameras also watch the hand, and to update Drive by these measurements. An error of the calibration displaces
+the hand almost as much as the object below it. The hand as seen minus the hand as measured by the joints is therefore
+the error of vision at this place. It is subtracted from the object's position, so that Drive closes on the vector from
+the hand to the object *as vision sees both*.
 """
 
 import math
@@ -44,7 +44,7 @@ class Doubt(IntEnum):
 
 @dataclass(frozen=True)
 class HandEyeCorrectionState(FrozenState):
-    """What the arm remembers of its hand.
+    """The arm's memory of the measurements of its hand.
 
     Attributes:
         times: times at which the tool was measured [s], shape (n,), ascending.
@@ -138,7 +138,7 @@ class HandEyeCorrection:
 
         Args:
             state: the state.
-            target: the `ServoTarget` vector as vision has it; one that is not valid is returned unchanged.
+            target: the `ServoTarget` vector by vision; an invalid target is returned unchanged.
         """
         if not (self._settings.correct and ServoTarget(target).valid):
             return target
@@ -181,7 +181,8 @@ class HandEyeCorrection:
         return Doubt.NONE, difference
 
     def _step(self, state: HandEyeCorrectionState, time: float, wanted: np.ndarray) -> HandEyeCorrectionState:
-        """Returns the state after the correction moved towards the one wanted, shape (3,) [m], until ``time`` [s]."""
+        """Returns the state after the correction moved towards the desired correction, shape (3,) [m], until ``time``
+        [s]."""
         tau, dt = self._settings.time_constant, time - state.updated
         way = wanted - state.goal
         goal = state.goal + way * min(1.0, self._settings.largest_rate * dt / max(float(np.linalg.norm(way)), 1e-9))

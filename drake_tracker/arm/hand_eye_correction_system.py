@@ -12,7 +12,7 @@ from drake_tracker.core.timing import GUARD_SLOT, TIME_STEP, VISION_PERIOD, visi
 
 
 class HandEyeCorrectionSystem(LeafSystem):
-    """Corrects the target of the hand by what the cameras see of the hand.
+    """Corrects the target of the hand by the cameras' measurements of the hand.
 
     .. pydrake_system::
 

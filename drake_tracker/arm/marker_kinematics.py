@@ -27,7 +27,7 @@ class MarkerPlaces(NamedTuple):
 class MarkerKinematics:
     """Kinematics of the markers of an arm's hand.
 
-    One scratch Context serves all calls; nothing is kept from call to call.
+    One scratch Context serves all calls, and no state is kept between calls.
 
     Args:
         description: the arm and its hand.

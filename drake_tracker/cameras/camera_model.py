@@ -104,7 +104,7 @@ class CameraModel:
         return X_WC[:3, 3], directions_C @ X_WC[:3, :3].T
 
     def ray(self, u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the same as `rays` of a single pixel, in less time: (origin (3,) [m], direction (3,))."""
+        """Returns the ray of a single pixel, faster than `rays`: (origin (3,) [m], direction (3,))."""
         x, y = self._model.normalised_one(u, v)
         length = math.sqrt(x * x + y * y + 1.0)
         return self.X_WC[:3, 3], (np.array([[x / length, y / length, 1.0 / length]]) @ self.X_WC[:3, :3].T)[0]

@@ -37,14 +37,14 @@ class MeasuredPartsSystem(LeafSystem):
     ``truth_part_states``: 13 numbers per part, as of a free body. ``parts``: a `PartTracks` of the present cycle,
     without the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
 
-    Each part has a constant error, as of its shape, and a new one in every cycle. It has the same number throughout:
-    measured vision never confuses two parts.
+    Each part has a constant error, as of its shape, and a new one in every cycle. A part keeps its number: measured
+    vision never confuses two parts.
 
     Args:
         settings: standard deviations of the errors.
         kinds: of all parts of the run.
         belt_height: z_W of the belt's upper face [m].
-        view: lowest and highest corner (x, y) in W of what the cameras see of the belt, shape (2, 2) [m].
+        view: lowest and highest corner (x, y) in W of the visible part of the belt, shape (2, 2) [m].
         seed: of all random numbers.
         period: of a cycle [s].
     """

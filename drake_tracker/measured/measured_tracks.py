@@ -19,7 +19,7 @@ UNCONFIRMED_TIME = 0.05
 
 @dataclass(frozen=True)
 class ObjectLook:
-    """What measured vision knows of an object: the size and the colour of its model.
+    """Measured vision's knowledge of an object: the size and the colour of its model.
 
     Attributes:
         dimensions: length, width and height [m].
@@ -57,7 +57,7 @@ class MeasuredTracker:
     Tracks are confirmed and deleted as in `Tracker`.
 
     Args:
-        error: `MeasuredError` of the points, whose standard deviations are those of the tracks.
+        error: `MeasuredError` of the points, which gives the standard deviations of the tracks.
         looks: size and colour of each object.
         settings: `SeveralObjects`.
     """

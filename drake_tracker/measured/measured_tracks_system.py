@@ -41,8 +41,8 @@ class MeasuredTracksSystem(LeafSystem):
         - tracks
 
     ``point_0``, ``point_1`` and so on are a `TrackPoint` vector of each object, read every ``period`` at offset 0 in an
-    unrestricted update. ``point`` is that of the target, invalid when the target is not seen, and ``tracks`` a
-    `TrackPoints` vector, both without the lag. All are zeros before the first points.
+    unrestricted update. ``point`` is the point of the target, invalid while the target is not seen; ``tracks`` is a
+    `TrackPoints` vector. Both are without the lag. All are zeros before the first points.
 
     Args:
         tracker: the `MeasuredTracker`.

@@ -1,4 +1,4 @@
-"""Vision without images: what reads the truth, what goes wrong with it, and the lag."""
+"""Vision without images: the Systems that read the truth, the faults of their points, and the lag."""
 
 from collections.abc import Sequence
 
@@ -20,18 +20,18 @@ class MeasuredVisionDiagram(Diagram):
         output_ports:
         - point
 
-    The inputs are those of the sources: ``truth_train_state``, ``truth_object_states`` with further objects,
-    ``truth_part_states`` for the parts on a belt. The outputs are those of the only source, or of ``tracking``:
-    ``point``, ``tracks`` or ``parts``. Each is the vector of ``lag_cycles`` cycles ago, its stamp the time of that
-    capture, sampled every ``period`` at offset 0, in the same slot as that of rendered vision; all zeros before. With 0
-    cycles it is that of the present cycle, which no camera can do.
+    The inputs are the inputs of the sources: ``truth_train_state``, ``truth_object_states`` with further objects,
+    ``truth_part_states`` for the parts on a belt. The outputs are the outputs of the only source, or of ``tracking``:
+    ``point``, ``tracks`` or ``parts``. Each output is the vector of ``lag_cycles`` cycles ago, with its capture time as
+    stamp, sampled every ``period`` at offset 0 in the slot of rendered vision; all zeros before. With 0 cycles it is
+    the vector of the present cycle, which no camera can deliver.
 
     Unlike cameras, measured vision is not blinded when the hand comes between, sees the object where it hangs in the
     hand, and never confuses two objects. As the error was measured with a motion detector, it does not see an object
     below a certain speed.
 
     Args:
-        sources: what reads the truth: a `MeasuredErrorSystem` for each object, or a `MeasuredPartsSystem`.
+        sources: the Systems that read the truth: a `MeasuredErrorSystem` for each object, or a `MeasuredPartsSystem`.
         lag_cycles: cycles from capture to output, 0 or more.
         tracking: makes tracks from the points of all sources; None: there is one source.
         faults: for each source a System with input and output ``point`` that changes its points; empty: none.

@@ -2,8 +2,8 @@
 
 In go set-points of the joints and of the gripper, and whether the arm is ready for the ball. Out come camera images,
 joint states and drive efforts, which the controller may read, and the ``truth_*`` ports, which only judges, logs and
-viewers may read. `WorldDiagram` is the laboratory of the train, `BallWorldDiagram` that of the ball,
-`ConveyorWorldDiagram` that of the conveyor; the ``add_*`` functions add one part each to any plant or diagram.
+viewers may read. `WorldDiagram` is the laboratory of the train, `BallWorldDiagram` the laboratory of the ball,
+`ConveyorWorldDiagram` the laboratory of the conveyor. Each ``add_*`` function adds one part to any plant or diagram.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""What all laboratories have in common: arm and drives, cameras and the processes that render, and their ports."""
+"""The common part of all laboratories: arm and drives, cameras and the processes that render, and their ports."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WorldConfig:
-    """What every laboratory has, whatever stands in it.
+    """The common settings of all laboratories.
 
     Attributes:
         arm: the arm and its hand.
@@ -34,7 +34,7 @@ class WorldConfig:
         windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
             no ports with images and no renderer.
         pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
-        faults: what goes wrong; of these, the world has those of its own parts.
+        faults: the injected faults, of which the world has the faults of its own parts.
         seed: of the sensor noise, and of whatever the laboratory draws.
         time_step: of the plant [s].
     """
@@ -63,7 +63,7 @@ class BaseWorldDiagram(Diagram):
     own ports, and calls ``builder.BuildInto(self)``.
 
     Args:
-        config: what every laboratory has.
+        config: common settings of all laboratories.
 
     Attributes:
         laboratory: the plant and its parts: ground truth.
@@ -88,7 +88,7 @@ class BaseWorldDiagram(Diagram):
             plant.SetDefaultPositions(laboratory.gripper, [0.5 * config.jaw_opening, 0.5 * config.jaw_opening])
 
     def add_faults(self, builder: DiagramBuilder, config: WorldConfig) -> None:
-        """Adds what goes wrong in the scene and with the joints."""
+        """Adds the faults of the scene and of the joints."""
         plant = self.laboratory.plant
         add_scene_faults(builder, plant=plant, faults=config.faults)
         add_joint_faults(builder, plant=plant, arm=self.laboratory.arm, faults=config.faults)
@@ -119,7 +119,7 @@ class BaseWorldDiagram(Diagram):
             builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
 
     def start(self) -> None:
-        """Starts the processes that make images, if there are any, which otherwise start with the first image."""
+        """Starts the processes that make images, if there are any. Otherwise they start with the first image."""
         start_cameras(self.cameras.values())
 
     def close(self) -> None:

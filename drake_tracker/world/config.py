@@ -1,4 +1,4 @@
-"""Settings of the simulated laboratories: what stands where, and how the cameras look at it."""
+"""Settings of the simulated laboratories: the places of their parts, and of the cameras."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -184,7 +184,7 @@ class CamerasConfig:
 
 @dataclass(frozen=True)
 class BoardConfig:
-    """The inclined board and what stands on it. The rest is drawn from the seed."""
+    """The inclined board and its pegs. The rest is drawn from the seed."""
 
     incline_deg: float = setting(10.0, "angle between the board and the horizontal", "deg", (2.0, 30.0))
     length: float = setting(0.90, "length along the slope", "m", (0.88, 1.5))
@@ -240,7 +240,7 @@ class BoardCameraConfig:
 
 @dataclass(frozen=True)
 class OperatorConfig:
-    """What the operator does before a run: marks the circles in the image, and jogs the arm over the touch marks."""
+    """The operator's work before a run: marking the circles in the image, and jogging the arm over the touch marks."""
 
     windows: tuple[tuple[float, ...], ...] = setting(
         [],

@@ -1,4 +1,5 @@
-"""Drake System that moves what the controller takes to be at rest: the knocked board, the box beside it, and faults."""
+"""Drake System that moves things which the controller assumes to be at rest: the knocked board, the box beside it, and
+faults."""
 
 from collections.abc import Callable, Sequence
 
@@ -81,7 +82,7 @@ def add_scene_faults(builder: DiagramBuilder, *, plant: MultibodyPlant, faults: 
     Args:
         builder: of the diagram that has the plant.
         plant: finalized, with these bodies.
-        faults: what goes wrong; of these, those of the scene.
+        faults: the injected faults, of which only faults of the scene are used.
     """
     for fault in faults_at(faults, SceneFault):
         name = fault.body.name

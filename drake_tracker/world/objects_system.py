@@ -1,4 +1,4 @@
-"""Drake Systems of the further moving objects: what moves them, and their true states for judges and logs."""
+"""Drake Systems of the further moving objects: their drives, and their true states for judges and logs."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ STATE_SIZE = 13
 
 
 class ObjectStatesSystem(LeafSystem):
-    """States of bodies as those of free bodies.
+    """States of bodies in the form of free bodies.
 
     .. pydrake_system::
 
@@ -76,7 +76,8 @@ def add_object_states(
 
 
 def add_object_motion(builder: DiagramBuilder, *, plant: MultibodyPlant, moving: SceneObject) -> OutputPort | None:
-    """Adds what moves an object: a `RailSystem` for a ride on rails, or else a `DisturbanceSystem` for its slide.
+    """Adds the System that moves an object: a `RailSystem` for a ride on rails, or else a `DisturbanceSystem` for its
+    slide.
 
     Args:
         builder: of the diagram that has the plant.

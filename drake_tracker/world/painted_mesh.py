@@ -1,7 +1,7 @@
 """Meshes of the package's models in other colours, without further files: the texture is changed in memory.
 
 A model has one OBJ file, whose material refers to one texture. The texture of a train is a palette with one cell per
-colour, that of the table is an image of wood.
+colour; the texture of the table is an image of wood.
 """
 
 from collections.abc import Callable, Sequence

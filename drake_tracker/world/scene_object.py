@@ -39,7 +39,7 @@ class Ride:
 
 
 class SceneObject(Protocol):
-    """An object that moves by itself. Its motion depends on the time and on what it touches."""
+    """An object that moves by itself. Its motion depends on the time and on its contacts."""
 
     @property
     def name(self) -> str:

@@ -28,9 +28,9 @@ from drake_tracker.estimation.parts.alpha_beta_gamma_filter import (
 )
 
 RESTART_DISTANCE = 0.10
-"""A prediction farther than this [m] from the filter is of another object or of a new track: the filter restarts. When
-the packet says that it is about another object, `JUMP_DISTANCE` takes its place: the filter must not drift from one
-object to the other, and the hand approaches anew what jumps that far."""
+"""A prediction farther than this [m] from the filter is of another object or of a new track: the filter restarts. For a
+packet about another object, `JUMP_DISTANCE` applies instead: the filter must not drift from one object to the other,
+and the hand approaches an object anew that jumps by this distance."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ class Servo:
             state: the state before.
             time: time of the tick [s].
             packet: the newest `Prediction` vector on the link.
-            frozen: BLIND: the packet held already is followed, and newer ones are not used. GUIDED: the filter follows
-                new packets about the same object quickly; the hand must not leave for another one in a descent.
+            frozen: BLIND: the held packet is followed, and newer packets are not used. GUIDED: the filter follows new
+                packets about the same object quickly; the hand must not leave for another one in a descent.
         """
         blind = frozen == Frozen.BLIND
         packet = np.asarray(packet)

@@ -31,10 +31,10 @@ class SetPointSplineSystem(LeafSystem):
         - desired_acceleration
 
     - ``set_point``: n values [rad or m], sampled at the multiples of the period. It is always valid.
-    - ``hold``: output of a `CollisionReflexSystem`. While it holds, the spline rests where the joints hold still, and
-      it begins there afterwards. Unconnected: never.
+    - ``hold``: output of a `CollisionReflexSystem`. During a hold, the spline rests where the joints hold still;
+      afterwards it begins at this place. Unconnected: never.
     - ``desired_state``: position and velocity of the spline, 2 n values [rad, rad/s or m, m/s], continuous in time. A
-      motion with constant speed comes out `SPLINE_DELAY` periods late and otherwise unchanged.
+      motion with constant speed is delayed by `SPLINE_DELAY` periods and otherwise unchanged.
     - ``desired_acceleration``: acceleration of the spline, n values [rad/s^2 or m/s^2], constant during a period.
 
     Args:

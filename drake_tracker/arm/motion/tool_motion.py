@@ -40,7 +40,7 @@ GUIDED_JUMP = 0.10
 
 @dataclass(frozen=True)
 class ToolMotionState(FrozenState):
-    """Where the commanded tool is and how it got there. Poses are (x, y, z, yaw) in W [m, rad], yaw continuous.
+    """State of the commanded tool and of its motion. Poses are (x, y, z, yaw) in W [m, rad], yaw continuous.
 
     Attributes:
         tool: commanded pose of the tool, shape (4,).
@@ -85,7 +85,7 @@ class ToolMotion:
         moving: whether the object moves by itself, so that the last step of its reference is its speed. A goal that is
             corrected from time to time does not move.
         swings: whether a motion goes so far about the base that the arm's first joint turns the hand. Then the branch
-            is the one that is best at the end of the motion, and not at its beginning.
+            is the best branch at the end of the motion, not at its beginning.
         flip_speed: speed of the last joint that a flip may use [rad/s].
     """
 

@@ -32,8 +32,8 @@ def best_branch(q6: float, tool_yaw: float, object_yaw: float) -> int:
 def swing_about_base(p_WT: np.ndarray, p_WR: np.ndarray) -> float:
     """Returns by how much the first joint turns [rad] while the tool moves from one place to another, the short way.
 
-    The base stands at W's origin, and its joint turns about z_W. Each radian turns the last joint by as much, if the
-    direction of the tool in W stays as it is.
+    The base stands at W's origin, and its joint turns about z_W. Each radian turns the last joint by one radian, if the
+    direction of the tool in W does not change.
 
     Args:
         p_WT: where the tool is, at least (x, y) [m].

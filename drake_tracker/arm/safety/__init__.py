@@ -1,8 +1,8 @@
-"""What protects the arm and those around it: packet guard, joint limiter, collision reflex.
+"""Protection of the arm and of its surroundings: packet guard, joint limiter, collision reflex.
 
-Packets and joint set-points go in; those that the arm may follow come out. Begin with `packet_guard.py`, which checks
-every packet before the arm uses it. `joint_limiter.py` is the last check of the set-points, and with
-`collision_reflex.py` a drive that pushes against something with all its torque gives way.
+Inputs are packets and joint set-points; outputs are the packets and set-points that the arm may follow. Begin with
+`packet_guard.py`, which checks every packet before the arm uses it. `joint_limiter.py` is the last check of the
+set-points, and with `collision_reflex.py` a drive that pushes against something with all its torque gives way.
 """
 
 import lazy_loader

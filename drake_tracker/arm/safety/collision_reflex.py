@@ -1,4 +1,4 @@
-"""What the arm does when it meets something: a drive that pushes against it with all its torque gives way.
+"""The arm's reaction to a collision: a drive that pushes against an obstacle with all its torque gives way.
 
 A drive may need all its torque for a moment when the arm changes its direction fast. It pushes against something if the
 arm does not accelerate as that torque would make it.
@@ -28,7 +28,7 @@ SATURATED = 0.999
 
 @dataclass(frozen=True)
 class ReflexState(FrozenState):
-    """What the reflex remembers.
+    """State of the reflex.
 
     Attributes:
         saturated: number of samples in a row in which each drive was saturated, shape (n,).

@@ -25,7 +25,8 @@ the drives saturated for 40 ms behind a target that jumped. Grasps of the ball n
 
 
 class Limit(IntEnum):
-    """Why a set-point was changed: the index of its count in a `LimiterReport` after the number of changed ones."""
+    """Reasons for a changed set-point: the index of the count in a `LimiterReport`, after the number of changed
+    set-points."""
 
     INVALID = 0
     POSITION = 1
@@ -47,7 +48,7 @@ LIMITS = {
     Limit.LINK: "the arm could not have stopped before touching itself",
     Limit.CONTACT: "a drive had pushed against something with all its torque (`collision_reflex`)",
 }
-"""What each limit means, in words."""
+"""The meaning of each limit, in words."""
 
 _NEAR = {Nearness.OBSTACLE: Limit.OBSTACLE, Nearness.LINK: Limit.LINK}
 
@@ -80,9 +81,9 @@ class JointLimiter:
        joints. The change of speed of all joints is reduced alike.
     6. If the arm could not stop before it is too near to itself or to an obstacle, it stops now, along its path.
 
-    A stop is planned with `BRAKING_SHARE` of the torques. It ends in a pose that was checked when the arm last moved;
-    the poses on the way there, of a tenth of a second, are not checked. An arm that is too near to something already
-    may move away from it.
+    A stop is planned with `BRAKING_SHARE` of the torques. The stop ends in a pose that was checked when the arm last
+    moved. The poses before, a tenth of a second, are not checked. An arm that is already too near to an obstacle may
+    move away from the obstacle.
 
     Args:
         model: the arm.
@@ -161,7 +162,8 @@ class JointLimiter:
         return v_last + min(share, 1.0) * (v - v_last)
 
     def _near(self, q: np.ndarray, q_next: np.ndarray, v: np.ndarray, braking: np.ndarray) -> Nearness | None:
-        """Returns what the arm would come too near to in a step, or in a stop after it; None: nothing."""
+        """Returns the body that the arm would come too near to in a step, or in a stop after the step; None:
+        nothing."""
         if self._clearance is None:
             return None
         rest = 0.5 * self._period * (self._steps_to_stop(v, braking) - 1) * v

@@ -1,7 +1,8 @@
 """The receiver of the link: rejects, counts and remembers packets of predicted path that the arm must not follow.
 
-A packet may come from any program that joins the link. One that breaks a rule is never used; the arm goes on with the
-last one that broke none. Each rule follows from the definition of the message, or from what an object can do.
+A packet may come from any program that joins the link. A packet that breaks a rule is never used; the arm continues
+with the last packet that broke no rule. Each rule follows from the definition of the message, or from the possible
+motions of an object.
 """
 
 import math
@@ -71,12 +72,12 @@ REASONS = {
     Rejection.TOO_FAST: "the path is faster than the object can be",
     Rejection.TURNING: "the direction is not continuous along the path",
 }
-"""What each rejection means, in words."""
+"""The meaning of each rejection, in words."""
 
 
 @dataclass(frozen=True)
 class GuardState(FrozenState):
-    """What the receiver remembers.
+    """State of the receiver.
 
     Attributes:
         offered: the `Prediction` vector received last, read-only.
@@ -147,8 +148,8 @@ class PacketGuard:
         - The knots are `KNOT_SPACING` apart, and the first one is at the stamp.
         - The stamp is not later than the arm's clock, and the path is not over.
         - The path begins where the object can be seen.
-        - It leads below the table by at most two of its own standard deviations, and never by more than the tolerance:
-          heights are extrapolated, too, and err.
+        - A path leads below the table by at most two of its own standard deviations, and never by more than the
+          tolerance: extrapolated heights have errors.
         - It begins at no more than the largest speed, and gains no more than `LARGEST_ACCELERATION`, since an estimator
           may extrapolate the acceleration that it sees.
         - Its direction changes by at most half a turn from knot to knot.

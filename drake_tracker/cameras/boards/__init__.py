@@ -1,7 +1,7 @@
 """Calibration boards: chessboards, grids of circles and boards of markers.
 
-The image of a board goes in; their corners or centres come out, in pixels, with their places on the board.
-Begin with `board.py`, which defines what a board is; each kind has a module.
+The image of a board goes in; their corners or centres come out, in pixels, with their places on the board. Begin with
+`board.py`, which defines the role of a board; each kind has a module.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""What calibration asks of a board, whatever its kind."""
+"""The role of a board in calibration, for every kind of board."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -12,7 +12,7 @@ LEAST_POINTS = 8
 
 @dataclass(frozen=True, eq=False)
 class BoardShapes:
-    """What is black on a board, in its frame B; the rest is white.
+    """The black areas of a board, in its frame B; the rest is white.
 
     Attributes:
         rectangles: (n, 4): least x, least y, width and height [m].
@@ -72,15 +72,17 @@ class Board(Protocol):
         ...
 
     def turns(self) -> list[np.ndarray]:
-        """Returns the orders (n,) of the points in which a turned board looks the same, first the order of `points`."""
+        """Returns the orders (n,) of the points in which a turned board is indistinguishable, first the order of
+        `points`."""
         ...
 
     def find(self, image: np.ndarray) -> np.ndarray | None:
-        """Returns the pixels (n, 2) of the points in a grey image (h, w), NaN for hidden ones; None without a board."""
+        """Returns the pixels (n, 2) of the points in a grey image (h, w), NaN for hidden points; None without a
+        board."""
         ...
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         ...
 
 

@@ -21,7 +21,7 @@ _TRANSFORMS = ("X_CB", "X_WB")
 
 @dataclass(frozen=True)
 class BoardPoses:
-    """What the initialisation found.
+    """Results of the initialisation.
 
     Attributes:
         X_CB: the board in the camera's frame, from the circles.

@@ -15,7 +15,7 @@ from drake_tracker.cameras.boards.board import (
 from drake_tracker.core.errors import DrakeTrackerError
 
 _FINDER_WIDTH, _LARGEST_FINDER_WIDTH = 1024, 1800
-"""Width to which a small image is enlarged, and a large one reduced, to find the board in it [px]."""
+"""Width to which a small image is enlarged, and a large image reduced, to find the board [px]."""
 _FRONTAL_SQUARE, _LARGEST_FRONTAL_SQUARE = 24, 96
 """Least and greatest side of a square in the frontal picture, in which the corners are refined [px]."""
 _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
@@ -80,7 +80,7 @@ class Chessboard:
         return find_corners(image, self)
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         y, x = np.mgrid[-1 : self.rows, -1 : self.columns]
         black = (x + y) % 2 == 0
         squares = np.column_stack([x[black], y[black], np.ones((black.sum(), 2))]) * self.square
@@ -103,8 +103,8 @@ def draw_board(board: Chessboard) -> np.ndarray:
 def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
 
-    The order is that of `Chessboard.points`; the colours of the squares determine which end of the board is which, if
-    they can. The corners are refined in a frontal picture of the board (`board.refine_corners`).
+    The order is the order of `Chessboard.points`. If the colours of the squares allow, they distinguish the two ends of
+    the board. The corners are refined in a frontal picture of the board (`board.refine_corners`).
     """
     # The finder needs squares of about 20 px, for which a small image is enlarged. It is slow in a large one.
     scale: float = max(1, round(_FINDER_WIDTH / max(image.shape)))

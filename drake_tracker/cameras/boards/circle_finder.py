@@ -98,8 +98,8 @@ def best_measurement(measurements: Sequence[CircleMeasurement]) -> CircleMeasure
 def find_circles(images: ArrayLike, count: int = 4) -> list[CircleMeasurement]:
     """Returns a `CircleMeasurement` of everything that looks like a dark circle in an image, the largest first.
 
-    Small dark objects (the pegs on the board) look like circles too; `circle_pose.locate_board` finds out which of them
-    are the circles of the board.
+    Small dark objects (the pegs on the board) look like circles too; `circle_pose.locate_board` finds the circles of
+    the board among the candidates.
 
     Args:
         images: grey image (h, w), or several of one scene (n, h, w), which are averaged first.

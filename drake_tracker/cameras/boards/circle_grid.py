@@ -52,7 +52,7 @@ class CircleGrid:
         return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
     def turns(self) -> list[np.ndarray]:
-        """Returns the orders of the points in which a turned board looks the same."""
+        """Returns the orders of the points in which a turned board is indistinguishable."""
         return grid_turns(self.columns, self.rows, half=True, quarter=self.columns == self.rows)
 
     def find(self, image: np.ndarray) -> np.ndarray | None:
@@ -60,7 +60,7 @@ class CircleGrid:
         return _find(image, self.columns, self.rows, cv2.CALIB_CB_SYMMETRIC_GRID, self.points())
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         return _circles(self.points(), self.square)
 
 
@@ -105,7 +105,7 @@ class AsymmetricCircleGrid:
         return self.square * np.column_stack([(2 * x + y % 2).ravel(), y.ravel(), np.zeros(x.size)])
 
     def turns(self) -> list[np.ndarray]:
-        """Returns the orders of the points in which a turned board looks the same."""
+        """Returns the orders of the points in which a turned board is indistinguishable."""
         return grid_turns(self.columns, self.rows, half=self.rows % 2 == 0, quarter=False)
 
     def find(self, image: np.ndarray) -> np.ndarray | None:
@@ -113,7 +113,7 @@ class AsymmetricCircleGrid:
         return _find(image, self.columns, self.rows, cv2.CALIB_CB_ASYMMETRIC_GRID, self.points())
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         return _circles(self.points(), np.sqrt(2.0) * self.square)
 
 

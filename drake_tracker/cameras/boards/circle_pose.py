@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from drake_tracker.core.errors import DrakeTrackerError
 
 MAX_RMS = 0.35
-"""Reprojection error [px] above which the circles are not those of the board."""
+"""Reprojection error [px] above which the circles do not belong to the board."""
 MIN_LEAD = 3.0
 """The best order of the circles must fit better than the next best by this factor."""
 MAX_CIRCLES = 20
@@ -131,10 +131,11 @@ def _angles(points: np.ndarray) -> np.ndarray:
 
 
 def _possible(circles: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> np.ndarray:
-    """Returns which of the ordered fours of circles (m, 4, 2 or 3) may be images of those on the board, booleans (m,).
+    """Returns for each ordered set of four circles (m, 4, 2 or 3) whether it may be the image of the circles of the
+    board, booleans (m,).
 
-    The homography from the board must be that of a rigid plane: two columns of K^-1 H have equal length and are
-    perpendicular, and the areas are those that it maps the circles to. All this holds approximately.
+    The homography from the board must describe a rigid plane: two columns of K^-1 H have equal length and are
+    perpendicular, and the areas agree with the mapped circles. All this holds approximately.
     """
     H = _projective_basis(circles) @ np.linalg.inv(_projective_basis(p_BQ[np.newaxis]))
     a, b = np.moveaxis(np.linalg.inv(K) @ H, 2, 0)[:2]
@@ -181,9 +182,10 @@ def _best_pose(uv: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -
 
 
 def _misses_circles(X_CB: np.ndarray, others: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> bool:
-    """Returns whether two other circles on or near the board are larger than those of the board would be there.
+    """Returns whether two other circles on or near the board are larger than circles of the board would be at these
+    places.
 
-    These are the circles of the board, and the fit is to smaller things. One larger thing may be there: the cup.
+    These are the circles of the board, and the fit is to smaller things. One larger thing is allowed: the cup.
 
     Args:
         X_CB: (4, 4), a pose that fits four of the circles.

@@ -108,7 +108,7 @@ class CharucoBoard:
         return found
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         y, x = np.mgrid[: self.rows, : self.columns]
         markers = np.array(self._opencv.getObjPoints())[:, :, :2]
         middles = np.floor(markers.mean(axis=1) / self.square).astype(int)
@@ -199,7 +199,7 @@ class AprilTagGrid:
         return pixels if enough_points(pixels) else None
 
     def shapes(self) -> BoardShapes:
-        """Returns what is black on the board."""
+        """Returns the black areas of the board."""
         tags = self.points().reshape(-1, 4, 3)[:, :, :2]
         return BoardShapes(_marker_cells(self._opencv, tags), np.zeros((0, 3)))
 

@@ -34,7 +34,7 @@ class HandEye(NamedTuple):
 
 
 def solve_hand_eye(X_WTs: Sequence[np.ndarray], views: Sequence[np.ndarray], board: Chessboard, lens: Lens) -> HandEye:
-    """Returns the pose of a camera on the hand, and that of the board, which does not move and need not be known.
+    """Returns the pose of a camera on the hand, and the pose of the board, which does not move and need not be known.
 
     The closed solution of Park and Martin (1994), from the poses of the board in the single images, is the start of a
     minimisation of the reprojection error of all corners.

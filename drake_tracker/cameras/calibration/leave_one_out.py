@@ -11,7 +11,7 @@ from drake_tracker.cameras.calibration.stereo_calibration import stereo_from_cor
 from drake_tracker.cameras.triangulation import triangulate
 
 Report = Callable[[int, int, str], object]
-"""Called with (number of views done, number of views, what is being done)."""
+"""Called with (number of views done, number of views, name of the step)."""
 
 
 def left_out_errors(
@@ -31,7 +31,7 @@ def left_out_errors(
     distance between neighbours is compared with the true one. The result is empty when the rest is too few for a lens.
 
     Args:
-        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden ones.
+        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden points.
         views_right: points (n, 2) [px] in the right images.
         board: the board.
         shape: (h, w) of the left images [px].
@@ -72,11 +72,11 @@ def left_out_reprojection(
 ) -> np.ndarray:
     """Returns the reprojection error of each image of a single camera that was left out, shape (m,) [px rms].
 
-    Each image in turn is left out, the lens is calibrated from the rest, and only the pose of the board is estimated in
-    it. The result is empty when the rest is too few for a lens.
+    Each image in turn is left out: the lens is calibrated from the other images, and only the pose of the board is
+    estimated in the image left out. The result is empty when the rest is too few for a lens.
 
     Args:
-        views: points (n, 2) [px] of the board in each image, NaN for hidden ones.
+        views: points (n, 2) [px] of the board in each image, NaN for hidden points.
         board: the board.
         shape: (h, w) of the images [px].
         most: number of images to leave out, spread over all of them; None is every image.

@@ -27,7 +27,7 @@ def stereo_from_corners(
     is the reprojection error [px] of both cameras together.
 
     Args:
-        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden ones.
+        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden points.
         views_right: points (n, 2) [px] in the right images.
         board: the board.
         shape: (h, w) of the left images [px].
@@ -97,7 +97,8 @@ def fit_relative_pose(
 
     Args:
         cameras: the left camera, in its own frame, and the right one, near its pose.
-        pairs: for both cameras the points (n, 2) [px] in each image, NaN for hidden ones; the same ones in both.
+        pairs: for both cameras the points (n, 2) [px] in each image, NaN for hidden points; both cameras have the same
+            points.
         board: the board.
         X_LB: near poses of the board in the frame of the left camera, shape (m, 4, 4) [m].
 
@@ -124,7 +125,8 @@ def fit_relative_pose(
 
 
 def sparsity(which: np.ndarray, views: int, *, residuals: int, shared: int) -> csr_matrix:
-    """Returns which residuals depend on which parameters: on those that all views share, and on the pose of their view.
+    """Returns which residuals depend on which parameters: on the common parameters of all views, and on the pose of
+    their own view.
 
     Args:
         which: the view of each point, shape (n,).

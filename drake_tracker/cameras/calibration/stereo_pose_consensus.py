@@ -1,8 +1,8 @@
 """Which pairs of images agree on how two cameras stand, and which end of a symmetric board is the first.
 
-Two cameras that do not move have the same relative pose in every pair. A board that looks the same after a turn gives
-several candidates for each pair, of which only one agrees with the other pairs. A pair of which none agrees was not
-taken at one instant, or its images belong to different pairs.
+Two cameras that do not move have the same relative pose in every pair. A board with rotational symmetry gives several
+candidates for each pair, of which only one agrees with the other pairs. A pair of which none agrees was not taken at
+one instant, or its images belong to different pairs.
 """
 
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ _APART = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """What the pairs of two cameras say about each other.
+    """Agreement of the pairs of two cameras.
 
     Attributes:
-        views_right: points (n, 2) [px] of the board in the right images, in the order of those in the left images.
+        views_right: points (n, 2) [px] of the board in the right images, in the order of the points in the left images.
         agrees: whether each pair agrees with most others, shape (m,).
-        angles: angle between the relative pose of each pair and the one agreed on, shape (m,) [rad].
+        angles: angle between the relative pose of each pair and the agreed relative pose, shape (m,) [rad].
     """
 
     views_right: list[np.ndarray]
@@ -57,7 +57,7 @@ def agree(
     """Returns how the pairs of images agree.
 
     Args:
-        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden ones.
+        views_left: points (n, 2) [px] of the board in the left image of each pair, NaN for hidden points.
         views_right: points (n, 2) [px] in the right images, in the order of any turn of the board.
         cameras: the lenses of the left and of the right camera, at any pose.
         board: the board.

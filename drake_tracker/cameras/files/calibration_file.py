@@ -122,7 +122,7 @@ def _mapping(path: str | Path, data: Any, key: str) -> dict[str, Any]:
 
 
 def check_rig(path: str | Path, found: Any, wanted: Mapping[str, Any], command: str) -> None:
-    """Raises DrakeTrackerError when a file was made for other cameras than those of the scenario.
+    """Raises DrakeTrackerError when a file was made for cameras that differ from the cameras of the scenario.
 
     Args:
         path: of the file, for the message.

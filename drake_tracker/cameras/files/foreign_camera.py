@@ -1,4 +1,4 @@
-"""What the calibration files of other tools have in common: matrices, lenses, and the pose of the second camera.
+"""The common part of the calibration files of other tools: matrices, lenses, and the pose of the second camera.
 
 A camera from such a file is described by an entry, a mapping with the same keys as in a calibration file of this
 package: width and height [px], both `UNKNOWN_SIZE` where the file does not say, K, distortion, lens and X_CW.

@@ -108,7 +108,7 @@ def draw_start(ball: BallConfig, seed: int) -> np.ndarray:
 def draw_placing_errors(operator: OperatorConfig, seed: int) -> np.ndarray:
     """Returns the operator's placement errors (x, y)_B [m] at the touch marks, shape (3, 2), drawn from the seed.
 
-    They stand in for a person who moves the arm above the marks by eye, with a standard deviation of
+    They replace a person who moves the arm above the marks by eye, with a standard deviation of
     ``operator.placing_std`` per axis.
     """
     rng = np.random.default_rng([seed, _PLACING_STREAM])

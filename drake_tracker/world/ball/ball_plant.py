@@ -26,7 +26,7 @@ ASIDE = (1.05, 0.0, BALL_RADIUS)
 
 @dataclass(frozen=True)
 class BallLaboratory:
-    """A plant with an arm, a cup, a table, the board, the gate and the ball, and what was drawn from the seed.
+    """A plant with an arm, a cup, a table, the board, the gate and the ball, and the values drawn from the seed.
 
     Attributes:
         plant: finalized.
@@ -77,7 +77,7 @@ def add_ball_laboratory(
     Args:
         builder: of the diagram.
         description: an arm whose hand is a cup.
-        board: the board and what stands on it.
+        board: the board and its pegs.
         ball: where the ball starts.
         seed: of the random draws.
         time_step: of the plant [s].

@@ -51,13 +51,13 @@ class BallWorldDiagram(BaseWorldDiagram):
     time 0 and all zeros before; and ``truth_query``, the scene.
 
     Args:
-        config: what every laboratory has; the hand of the arm is a cup. Faults of images take effect.
-        board: the board and what stands on it.
+        config: common settings of all laboratories; the hand of the arm is a cup. Faults of images take effect.
+        board: the board and its pegs.
         ball: where the ball starts, and whether it is released.
         camera: the camera and the ranges of its random pose.
         ball_on_board: False puts the ball aside and opens the gate, as while camera and board are initialised.
 
-    Attributes: those of `BaseWorldDiagram`.
+    Attributes: see `BaseWorldDiagram`.
 
     Raises DrakeTrackerError for a board on which things do not fit, or which the camera cannot see as a whole.
     """
@@ -113,7 +113,7 @@ class BallWorldDiagram(BaseWorldDiagram):
     def _add_camera(
         self, builder: DiagramBuilder, config: WorldConfig, board: BoardConfig, camera: BoardCameraConfig
     ) -> Camera:
-        """Adds the camera, with what goes wrong with its images."""
+        """Adds the camera, with the faults of its images."""
         X_WB, scene_graph, lighting = self.laboratory.X_WB, self.laboratory.scene_graph, config.lighting
         params = overhead_render_engine_params(lighting, X_WB @ np.mean(face_corners(board), axis=0))
         optics = CameraOptics(

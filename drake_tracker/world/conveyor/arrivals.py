@@ -51,9 +51,8 @@ def draw_arrivals(
 ) -> tuple[Arrival, ...]:
     """Returns the parts that arrive during a run, in the order of their arrival.
 
-    What is random is their distance along the belt, so that no part arrives while the belt stands still. The rate is
-    that of a belt at its mean speed. Parts that do not touch on purpose are at least ``gap`` apart, whatever their
-    orientation.
+    Their distance along the belt is random, so that no part arrives while the belt is at rest. The rate holds at the
+    mean speed of the belt. Parts that do not touch on purpose are at least ``gap`` apart, whatever their orientation.
 
     Args:
         arrivals: how many parts come, which, and how.

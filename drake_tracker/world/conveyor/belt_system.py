@@ -1,4 +1,4 @@
-"""Drake System of the belt: its drive's set-points, and what its encoder reads."""
+"""Drake System of the belt: the set-points of its drive, and the readings of its encoder."""
 
 import math
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class BeltSystem(LeafSystem):
     Args:
         motion: of the belt.
         time_step: of the plant [s].
-        faults: what goes wrong with the encoder; a later one replaces an earlier one.
+        faults: faults of the encoder; a later fault replaces an earlier fault.
     """
 
     def __init__(self, motion: BeltMotion, time_step: float = TIME_STEP, faults: Sequence[EncoderFault] = ()) -> None:
@@ -81,7 +81,7 @@ def add_belt_drive(
         plant: finalized.
         belt: model instance with one driven joint.
         motion: as for `BeltSystem`.
-        faults: what goes wrong; of these, those of the encoder.
+        faults: the injected faults, of which only faults of the encoder are used.
         name: of the System.
     """
     drive = builder.AddNamedSystem(name, BeltSystem(motion, plant.time_step(), faults_at(faults, EncoderFault)))

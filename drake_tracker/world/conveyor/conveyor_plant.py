@@ -89,8 +89,8 @@ def add_conveyor_laboratory(
 ) -> ConveyorLaboratory:
     """Adds the plant of the conveyor's laboratory and its scene graph to a diagram.
 
-    The belt is one slab, long enough for the whole run. All parts lie on it from the beginning, those that arrive later
-    farther upstream.
+    The belt is one slab, long enough for the whole run. All parts lie on the slab from the beginning; parts that arrive
+    later lie farther upstream.
 
     Args:
         builder: of the diagram.

@@ -53,14 +53,14 @@ class ConveyorWorldDiagram(BaseWorldDiagram):
     time 0 and all zeros before; and ``truth_query``, the scene.
 
     Args:
-        config: what every laboratory has. Faults of images, scene, encoder, joints and gripper take effect.
+        config: common settings of all laboratories. Faults of images, scene, encoder, joints and gripper take effect.
         arrivals: the parts, at least one, for example from `draw_arrivals`.
         duration: of the run, for which the belt is long enough [s].
         belt: where the belt lies, and how it moves.
         tray: the trays.
         cameras: where the cameras stand, their images and their noise.
 
-    Attributes: those of `BaseWorldDiagram`, and
+    Attributes: see `BaseWorldDiagram`, and
         arrivals: the parts: ground truth.
         motion: of the belt: ground truth.
     """

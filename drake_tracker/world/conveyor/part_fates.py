@@ -1,4 +1,4 @@
-"""What becomes of a part, decided from its true state and its contacts."""
+"""The fate of a part, decided from its true state and its contacts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from drake_tracker.world.conveyor.conveyor_config import BeltConfig, TrayConfig,
 
 
 class PartFate(IntEnum):
-    """What has become of a part.
+    """The fate of a part.
 
     UPSTREAM: it has not arrived yet. ON_BELT: it lies on the belt. HELD: both fingers hold it off the belt, or they did
     and it has not come to rest since. PLACED: it rests in a cell of a tray. MISSED: the belt has carried it past the
@@ -32,14 +32,14 @@ AT_REST = 0.02
 REST_TIME = 0.2
 """Time [s] for which it must rest before it counts as placed or dropped."""
 CELL_TOLERANCE = 0.004
-"""Largest difference [m] between the height of a part in a cell and that of one that stands on the cell's floor."""
+"""Largest difference [m] between the height of a part in a cell and the height of a part on the floor of the cell."""
 TIPPED = np.deg2rad(10.0)
 """Tilt [rad] beyond which a part does not stand."""
 
 
 @dataclass(frozen=True)
 class PartView:
-    """What the judge sees of a part at one time.
+    """The judge's view of a part at one time.
 
     Attributes:
         x: of the origin of P in W [m].

@@ -1,4 +1,4 @@
-"""The judge of the conveyor: decides from the ground truth what has become of each part. Nothing in the loop reads it.
+"""The judge of the conveyor: decides from the ground truth on the fate of each part. Nothing in the loop reads it.
 
 The rules are in `world.part_fates`. The judge also reports whether the arm touches the belt, a tray, the table or
 itself.
@@ -122,9 +122,9 @@ class PickJudgeSystem(LeafSystem):
     def _views(
         self, states: np.ndarray, speeds: np.ndarray, fates: np.ndarray, touching: set[frozenset[BodyIndex]]
     ) -> dict[int, PartView]:
-        """Returns {index of a part: what there is to see of it}, of those whose fate may change.
+        """Returns {index of a part: the judge's view of it} for parts whose fate may change.
 
-        That of a part that has not arrived cannot, unless a finger touches it.
+        The fate of a part that has not arrived cannot change, unless a finger touches the part.
 
         Args:
             states: of the parts, shape (n, 13).

@@ -1,6 +1,6 @@
 """Holds parts that nothing can move, so that the plant need not compute their motion.
 
-A part that is far upstream rides on the belt, one that has left it lies in a box, and one that rests in a cell sleeps
+A part far upstream rides on the belt, a part that has left the belt lies in a box, and a part at rest in a cell sleeps
 until the hand comes near. Their joints are locked in the parameters of a Context, which no event of Drake may change.
 `SleepingParts` therefore works between two steps of a simulation. All of its memory is in the Context.
 """
@@ -68,8 +68,8 @@ def free_stretch(
 class SleepingParts:
     """Locks and frees the parts of a conveyor.
 
-    - A part upstream of the free stretch rides at its place on the belt, `LIFT` above it. When it reaches the stretch,
-      it is put down there with the velocity of the belt, and freed.
+    - A part upstream of the free stretch rides at its place on the belt, `LIFT` above it. When the part reaches the
+      visible stretch, the part is put down with the velocity of the belt, and freed.
     - A part that was missed is put into the box, on the floor, when it leaves the stretch.
     - A part that rests in a cell is locked where it is. It can still be touched.
 

@@ -100,7 +100,7 @@ class CameraOptics:
 
     @property
     def sensor(self) -> SensorModel:
-        """What follows the renderer."""
+        """The Systems that follow the renderer."""
         if self.noise <= 0.0 and self.flicker <= 0.0:
             return SensorModel(self.supersampling)
         noise = SensorNoise(

@@ -1,4 +1,4 @@
-"""The geometry of the simulated cameras: where they stand, what lens they have, what part of an image is rendered.
+"""The geometry of the simulated cameras: their poses, their lenses, and the rendered part of their images.
 
 `CameraInfo` and the pixel coordinates of this project differ by half a pixel; the rule is in
 `cameras.camera_model.opencv_intrinsics`.

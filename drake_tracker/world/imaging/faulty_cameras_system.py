@@ -1,4 +1,4 @@
-"""Adds the cameras of a laboratory with two fixed cameras, with what goes wrong with their images."""
+"""Adds the cameras of a laboratory with two fixed cameras, with the faults of their images."""
 
 from dataclasses import replace
 from typing import Any

@@ -42,8 +42,8 @@ def make_lights(
     """Returns two lamps that shine on a point.
 
     With side "cameras" there is a lamp beside each camera, so that all faces that the cameras see are lit alike. With
-    "one_side" there is one lamp to the left of both cameras, and beside the right one a faint lamp for the light that
-    the walls of a laboratory reflect.
+    "one_side", one lamp stands to the left of both cameras, and a faint lamp beside the right camera replaces the light
+    that the walls of a laboratory reflect.
 
     Args:
         lighting: its ``side`` and ``shadows``.

@@ -38,7 +38,7 @@ class CameraMount:
 
 @dataclass(frozen=True, eq=False)
 class _Shot:
-    """What determines the images of one cycle.
+    """Everything that determines the images of one cycle.
 
     Attributes:
         cycle: number of the cycle.

@@ -17,11 +17,11 @@ from drake_tracker.core.processes.child_process import DONE, ChildProcess, run_c
 from drake_tracker.world.imaging.scene_copy import CameraCopy, SceneCopy, SceneRenderer
 
 INSTEAD = "without them: render_processes 0"
-"""What the user can do when the processes do not work."""
+"""Advice for the user when the processes do not work."""
 
 MOST_RUNNING = 4
-"""Number of `RenderProcesses` of one program that run at the same time. When another one starts, the one that started
-first ends its processes: Drake does not always release a diagram that is no longer used."""
+"""Number of `RenderProcesses` of one program that run at the same time. When another `RenderProcesses` starts, the
+oldest one ends its processes: Drake does not always release a diagram that is no longer used."""
 _PROGRAM = "drake_tracker.world.imaging.render_processes"
 REQUEST = struct.Struct("<iqd")
 """Number of the camera, place of its image in the memory [bytes], time [s]; the poses follow as 64-bit floats."""

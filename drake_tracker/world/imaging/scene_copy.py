@@ -1,4 +1,4 @@
-"""A copy of what cameras can see of a scene, for renderers with a scene graph of their own.
+"""A copy of the visible parts of a scene, for renderers with a separate scene graph.
 
 `SceneCopy` and `CameraCopy` are plain data, which can be sent to another process. `SceneRenderer` makes images of them.
 """
@@ -83,7 +83,7 @@ class CopiedGeometry:
 
 @dataclass(frozen=True)
 class SceneCopy:
-    """What can be seen in a scene.
+    """The visible parts of a scene.
 
     Attributes:
         geometries: all of the scene, in the order of their ids, the invisible ones included.

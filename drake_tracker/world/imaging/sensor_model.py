@@ -1,4 +1,5 @@
-"""What a camera's sensor makes of a rendered image: pixels that average light, noise, and the flicker of the lamps."""
+"""The effect of a camera's sensor on a rendered image: pixels that average light, noise, and the flicker of the
+lamps."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -132,7 +133,7 @@ class SensorModel:
 
 
 def _as_rgba(grey: np.ndarray, alpha: int) -> np.ndarray:
-    """Returns grey levels (h, w) as bytes (h, w, 4), negative ones as 0."""
+    """Returns grey levels (h, w) as bytes (h, w, 4), negative grey levels as 0."""
     rgba = np.full((*grey.shape, 4), alpha, dtype=np.uint8)
     rgba[..., :3] = np.clip(grey, 0.0, 255.0)[..., np.newaxis]
     return rgba

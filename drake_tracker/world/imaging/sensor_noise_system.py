@@ -50,7 +50,7 @@ class PixelBinningSystem(LeafSystem):
     """Averages squares of rendered pixels into one image pixel.
 
     A renderer samples one point of each pixel, so that the edge of a disc ten pixels wide jumps by whole pixels, and
-    its centroid by a tenth. A pixel of a camera is as bright as its area is on average: the mean of many such points.
+    its centroid by a tenth. The brightness of a pixel is the average over its area: the mean of many such points.
 
     .. pydrake_system::
 

@@ -1,4 +1,4 @@
-"""The camera on the hand: where it is mounted, and what lens it has."""
+"""The camera on the hand: its mounting and its lens."""
 
 from typing import Any
 

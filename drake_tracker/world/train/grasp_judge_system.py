@@ -1,8 +1,8 @@
 """The judge of the train: decides from the ground truth whether it was grasped. Nothing in the loop reads it.
 
-Where several trains may be grasped, it judges the one that a finger touched last, and the first one before. The train
-counts as grasped when it hangs at least `LIFTED` above its place on the rail, touched by both fingers, for
-`HELD`. The judge also reports whether the arm touches the table or itself.
+If several trains may be grasped, the judge considers the train that a finger touched last; before any touch, the first
+train. The train counts as grasped when it hangs at least `LIFTED` above its place on the rail, touched by both fingers,
+for `HELD`. The judge also reports whether the arm touches the table or itself.
 """
 
 from collections.abc import Sequence

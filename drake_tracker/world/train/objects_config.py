@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Train:
     """Another train that runs by itself, on the track of the first one or on its own.
 
-    A track of its own is placed at random like that of the first train, but the arm need not reach it.
+    A separate track is placed at random like the track of the first train, but the arm need not reach it.
     """
 
     body: str = setting("striped", "which of the train models runs", choices=TRAIN_BODIES)

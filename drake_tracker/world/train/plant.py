@@ -80,9 +80,9 @@ def add_laboratory(
         description: the arm and its gripper.
         body: which of the train models.
         scale: length of the train relative to its model.
-        colour: main colour of the train, "#rrggbb"; empty: that of the model.
+        colour: main colour of the train, "#rrggbb"; empty: the colour of the model.
         table_height: height of the table's top in W [m].
-        table_colour: mean colour of the table's top, "#rrggbb"; empty: that of the model.
+        table_colour: mean colour of the table's top, "#rrggbb"; empty: the colour of the model.
         time_step: of the plant [s].
         grip_force: largest force on each pad [N].
         objects: further objects that move by themselves.
@@ -143,8 +143,8 @@ def add_table(plant: MultibodyPlant, *, height: float, x: float = 0.0) -> ModelI
 def hide_table_frame(laboratory: Laboratory) -> None:
     """Makes the frame under the table invisible to cameras.
 
-    A camera never sees it through a window around a volume that is above the table: behind such a volume there is the
-    table's top, or what lies beyond its far edge. Elsewhere in the rectangle of the window some pixels show it.
+    A camera never sees it through a window around a volume above the table: behind such a volume lies the top of the
+    table, or the scene beyond its far edge. Elsewhere in the rectangle of the window some pixels show it.
 
     Args:
         laboratory: with a finalized plant and no renderer yet.

@@ -50,7 +50,7 @@ class RailSystem(LeafSystem):
         ride: the track, and how the train runs on it.
         body_index: of the train's body.
         height: z_W of the body's origin while the train stands on the rail [m].
-        faults: what goes wrong; of these, those of the drive.
+        faults: the injected faults, of which only faults of the drive are used.
 
     Raises DrakeTrackerError when the speed law, its numbers or the event are not allowed.
     """
@@ -113,7 +113,7 @@ def add_rail(
         train: model instance with one free body.
         ride: as for `RailSystem`.
         height: as for `RailSystem`.
-        faults: what goes wrong with the train.
+        faults: faults of the train.
         others: spatial forces of other trains, for the one port for forces that the plant has.
         name: of the System.
     """

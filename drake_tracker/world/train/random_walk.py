@@ -19,7 +19,7 @@ _NEIGHBOURS = 2.0 * CLEARANCE
 _ROUNDING = 1e-9
 """Length that counts as zero [m]."""
 _STARTS, _LEGS, _TRIES = 40, 300, 10
-"""Number of starts, of legs that are tried from each of them, and of tries in one place before the walk goes back."""
+"""Number of starts, of legs tried from each start, and of tries in one place before the walk goes back."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def speed_at(law: str, speed: float, variation: float, time: float, delay: float
 def distance_at(law: str, speed: float, variation: float, time: float, delay: float = 0.0) -> float:
     """Returns the distance [m] travelled from time 0 to ``time`` >= 0 [s], the integral of `speed_at`.
 
-    The other arguments are those of `speed_at`.
+    `speed_at` explains the other arguments.
     """
     time = max(time - delay, 0.0)
     if law == "constant":

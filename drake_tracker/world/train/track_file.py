@@ -18,9 +18,10 @@ NEAREST = 1e-5
 def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.ndarray, bool]:
     """Returns a finely sampled curve through the points of a file, shape (samples, 2) [m], and whether it is closed.
 
-    A cubic spline makes position, heading and curvature continuous: a periodic one if the curve is closed, otherwise
-    one that is the same cubic on both sides of the second point, and of the last but one ("not a knot"). Its
-    centripetal parameter (the square root of the chord) keeps it from overshooting between points at unequal distances.
+    A cubic spline makes position, heading and curvature continuous: a periodic spline for a closed curve, otherwise a
+    spline with "not a knot" ends, which is the same cubic on both sides of the second point and of the last but one.
+    Its centripetal parameter (the square root of the chord) keeps it from overshooting between points at unequal
+    distances.
 
     Args:
         path: file with the header x,y and one point per line [m].

@@ -48,7 +48,7 @@ def add_train(
         body: which of the train models, one of `TRAIN_BODIES`.
         scale: length of the train relative to its model. Width and height stay, so that it fits track and jaws; the
             mass grows with the length.
-        colour: main colour as "#rrggbb"; empty: that of the model.
+        colour: main colour as "#rrggbb"; empty: the colour of the model.
         name: of the model instance.
         scene_graph: with which the plant is registered; needed to change the colour.
     """

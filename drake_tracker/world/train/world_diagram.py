@@ -54,19 +54,19 @@ class WorldDiagram(BaseWorldDiagram):
     about: 0 for the first, k for the k-th train of ``objects``.
 
     Args:
-        config: what every laboratory has. Faults of images, scene, train, joints and gripper take effect.
+        config: common settings of all laboratories. Faults of images, scene, train, joints and gripper take effect.
         track: in the direction of travel.
         start: arc length at which the train starts [m].
         motion: how fast the train runs. Its sudden change may wait for the launch; this adds the input ``launch``, an
             `ArmCommand`.
         train: its appearance, its length, and when it starts.
         table_height: height of the table's top in W [m].
-        table_colour: mean colour of the table's top, "#rrggbb"; empty: that of the model.
+        table_colour: mean colour of the table's top, "#rrggbb"; empty: the colour of the model.
         cameras: where the cameras stand, their images and their noise.
         objects: further objects that move by themselves.
         judge_all: whether the judge watches the trains among ``objects`` too; without it, only the first train.
 
-    Attributes: those of `BaseWorldDiagram`.
+    Attributes: see `BaseWorldDiagram`.
     """
 
     def __init__(
