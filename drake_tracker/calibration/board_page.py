@@ -68,7 +68,8 @@ def page_for(board: Board, paper: str) -> tuple[float, float]:
 
 
 def board_figure(board: Board, paper: str) -> Figure:
-    """Returns the page with a board in its middle, a scale bar, and what to type for ``calibrate``, one mm to a mm.
+    """Returns the page with a board in its middle, a scale bar, and the ``calibrate`` command, at a scale of one to
+    one.
 
     Args:
         board: the board.

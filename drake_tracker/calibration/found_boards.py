@@ -24,7 +24,7 @@ COUNTS = {
     "charuco": "squares",
     "apriltag": "tags",
 }
-"""What ``--board`` counts, for each kind."""
+"""The things that ``--board`` counts, for each kind."""
 _OTHERS = 3
 """Number of photographs in which a chessboard of another size is searched when none was found."""
 
@@ -33,7 +33,7 @@ ImageShape = tuple[int, int]
 CELLS = (6, 8)
 """Rows and columns of the cells into which the image is divided."""
 LEAST_BOX = 0.2
-"""Least area of the box round all points, as a fraction of the image; a lens is not determined outside of it."""
+"""Least area of the box round all points, as a fraction of the image; outside of the box, a lens is not determined."""
 
 
 @dataclass(frozen=True)

@@ -203,7 +203,7 @@ def place_cameras(boards: FoundBoards, lenses: Sequence[Lens], board: Board) -> 
 def check_baseline(specs: Sequence[str], cameras: dict[str, CameraModel], board: Board, measured: float | None) -> None:
     """Prints the distance between two cameras.
 
-    Raises DrakeTrackerError when it is nothing, or not what was measured.
+    Raises DrakeTrackerError when the value is no number, or contradicts the measurement.
     """
     p_LR = cameras["camera_right"].X_WC[:3, 3]
     baseline = float(np.linalg.norm(p_LR))

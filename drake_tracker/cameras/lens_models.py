@@ -26,7 +26,7 @@ _TABLE = np.linspace(0.0, _WIDEST, 2000)
 
 
 class LensModel(Protocol):
-    """What a `CameraModel` asks of its lens."""
+    """The role of a lens in a `CameraModel`."""
 
     def pixels(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
         """Returns the pixels (u, v) of normalised image coordinates."""
@@ -187,8 +187,8 @@ class RationalLens:
 class FisheyeLens:
     """A fisheye, in which the radius is a polynomial of the angle to the optical axis: k1, k2, k3, k4.
 
-    As in OpenCV and Kalibr, only what is less than 90 deg from the axis has an image. A pixel that no ray reaches has
-    the ray of the widest one.
+    As in OpenCV and Kalibr, only directions less than 90 deg from the axis have an image. A pixel that no ray reaches
+    has the ray of the widest one.
 
     Args:
         K: (3, 3) intrinsic matrix [px], without skew.

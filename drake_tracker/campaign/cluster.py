@@ -93,7 +93,7 @@ def _run(
 
 
 def _render_in_process(work: Callable[[Any], Any], job: Any) -> Any:
-    """Does a job on a worker, whose other processors have jobs of their own."""
+    """Does a job on a worker, whose other processors have other jobs."""
     os.environ.setdefault(VARIABLE, "0")
     return work(job)
 

@@ -97,7 +97,7 @@ def _read_plan(out: Path) -> dict[str, Any]:
 
 
 def _compare(wanted: Mapping[str, Any], found: Mapping[str, Any], out: Path) -> None:
-    """Raises DrakeTrackerError, with one line for each difference, when the campaign found is not the one wanted."""
+    """Raises DrakeTrackerError, with one line for each difference, when the directory belongs to another campaign."""
     errors: list[str] = []
     for key, value in wanted.items():
         there = found.get(key)
@@ -136,7 +136,7 @@ class Record:
     Attributes:
         path: the file, or None.
         rows: the results, in the order of the file.
-        notes: a line for what was wrong in the file and could be put right.
+        notes: a line for each repaired defect of the file.
     """
 
     def __init__(self, path: str | os.PathLike[str] | None) -> None:

@@ -139,7 +139,7 @@ def make_cells(
 
 
 def _by_its_origin(line: str, origins: Mapping[str, str]) -> str:
-    """Returns an error of `load_scenario` that names what the user wrote, where it names the override made of that."""
+    """Returns an error of `load_scenario` in which the user's own text replaces the override made of it."""
     for override, origin in origins.items():
         line = line.replace(f"{origin_of(override)}:", f"{origin}:")
     return line

@@ -1,4 +1,4 @@
-"""The plan of a campaign: all its trials, what distinguishes it from other campaigns, and how a worker runs a trial."""
+"""The plan of a campaign: all its trials, its identity, and the function with which a worker runs a trial."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Trial(NamedTuple):
 
 
 def key_of(settings: Mapping[str, str], seed: int) -> TrialKey:
-    """Returns what identifies a trial within its campaign.
+    """Returns the identity of a trial within its campaign.
 
     Args:
         settings: the varied settings {key path: YAML text}.
@@ -79,7 +79,7 @@ class CampaignPlan:
                 yield Trial(cell.settings, cell.scenario.with_settings({"seed": seed}))
 
     def identity(self) -> dict[str, Any]:
-        """Returns, as a dict for JSON, what must be the same when a campaign is continued."""
+        """Returns, as a dict for JSON, the values that must not change when a campaign is continued."""
         settings = "\n".join(repr(cell.scenario) for cell in self.cells)
         return {
             "scenario": self.spec,

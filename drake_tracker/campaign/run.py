@@ -37,11 +37,11 @@ class Campaign:
 
     Attributes:
         plan: of the campaign.
-        rows: lines of its record, cell by cell and seed by seed, with those of earlier calls.
+        rows: lines of its record, cell by cell and seed by seed, lines of earlier calls included.
         lost: (trial, reason) of each trial that could not be completed this time. It has no line, and the next call
             runs it again.
         interrupted: whether the user stopped the campaign.
-        notes: a line for what was wrong in its record and could be put right.
+        notes: a line for each repaired defect of its record.
     """
 
     plan: CampaignPlan
@@ -186,7 +186,7 @@ def _run(
     count: int,
     progress: OnProgress | None,
 ) -> tuple[list[tuple[Trial, str]], bool]:
-    """Returns ((trial, reason) of the lost ones, whether the user stopped it)."""
+    """Returns ((trial, reason) of each lost trial, whether the user stopped the campaign)."""
     lost: list[tuple[Trial, str]] = []
     ended = count - len(missing)
     successes = sum(bool(row["success"]) for row in record.rows)
@@ -209,7 +209,8 @@ def _run(
 
 
 def _check_parts(plan: CampaignPlan, say: Callable[[str], object] | None) -> None:
-    """Makes the custom parts of each cell, which loading a scenario does not, after saying what code will run.
+    """Announces the code that will run, and makes the custom parts of each cell, which loading a scenario does not
+    make.
 
     Raises DrakeTrackerError when one of them is not allowed or cannot be made.
     """

@@ -1,4 +1,4 @@
-"""What several commands share: exit codes, arguments, run directories."""
+"""The common part of several commands: exit codes, arguments, run directories."""
 
 import fcntl
 import logging
@@ -21,7 +21,8 @@ Commands = _SubParsersAction
 LONGEST_NAME = 100
 """Greatest number of characters that a scenario's name contributes to the name of a directory."""
 SUCCESS, NOT_TAKEN, TROUBLE, FAULT, BROKEN_PIPE = 0, 1, 2, 3, 141
-"""Exit codes, see `drake_tracker.cli`. `core.processes.signals.exit_code` returns that of an interrupted command."""
+"""Exit codes, see `drake_tracker.cli`. `core.processes.signals.exit_code` returns the exit code of an interrupted
+command."""
 
 
 def add_command(
@@ -75,7 +76,7 @@ def add_consent(command: ArgumentParser) -> None:
 
 
 def announce_code(scenario: Any, parts: Iterable[str] | None = None) -> None:
-    """Prints what code of a scenario file will run, and where it is found, before it does.
+    """Prints the code of a scenario file that will run, and its place, before it runs.
 
     Args:
         scenario: a scenario of any task.
@@ -159,7 +160,7 @@ def quiet_drake() -> None:
 def run_directory(out: Path | None, name: str, what: str = "run") -> Iterator[Path]:
     """Yields the directory of a run, created if need be. When the block raises, an empty one is removed.
 
-    No other process can use the directory during the block, so that of two commands with the same ``--out`` one is
+    No other process can use the directory during the block: of two commands with the same ``--out``, the second is
     refused.
 
     Args:

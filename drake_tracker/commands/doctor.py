@@ -18,7 +18,7 @@ def register(commands: Commands) -> None:
 
 
 def execute(options: Namespace) -> int:
-    """Prints what was found; returns the exit code."""
+    """Prints the findings; returns the exit code."""
     from drake_tracker.core import system_check as machine
 
     return machine.main()

@@ -163,7 +163,7 @@ def _progress(progress: Any) -> Iterator[Any]:
 
 
 def _report(name: str, measured: "LatencyMeasurement") -> None:
-    """Prints the latency of a camera, and what limits it."""
+    """Prints the latency of a camera, and the cause of its uncertainty."""
     latency = measured.latency
     words = "latency" if measured.absolute else "clock"
     print(

@@ -12,7 +12,7 @@ from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_ov
 _WIDEST = 110
 """Greatest width of the text, however wide the terminal is."""
 _LONGEST_VALUE = 16
-"""Longest value that is printed in its column; a longer one has lines of its own."""
+"""Longest value that is printed in its column; a longer value has separate lines."""
 _NARROWEST = 24
 """Least width of the column of texts; in a narrower terminal they stand below the values."""
 

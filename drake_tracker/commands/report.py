@@ -1,4 +1,4 @@
-"""What is printed, and shown on the live view, when a run has ended."""
+"""The report that is printed, and shown on the live view, when a run has ended."""
 
 import sys
 from pathlib import Path
@@ -42,7 +42,7 @@ def outcome(scenario: Any, summary: dict[str, Any], out: Path) -> dict[str, Any]
 def _rows(scenario: Any, summary: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Returns (key, label, value with its unit) of those results of the task that the summary has.
 
-    Each trouble with the tracking of several objects has a row of its own.
+    Each trouble with the tracking of several objects has a separate row.
     """
     from drake_tracker.tasks.registry import task_of
 

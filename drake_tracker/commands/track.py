@@ -117,9 +117,9 @@ def register(commands: Commands) -> None:
 
 
 def split_calibration(values: list[str]) -> tuple[list[str], list[str]]:
-    """Returns (calibration files, sources) of what follows ``--calibration``.
+    """Returns (calibration files, sources) from the arguments that follow ``--calibration``.
 
-    After the first file, what has not the suffix of a calibration file is footage.
+    After the first file, an argument without the suffix of a calibration file is footage.
     """
     count = 1
     while count < len(values) and Path(values[count]).suffix.lower() in CALIBRATION_SUFFIXES:

@@ -19,7 +19,7 @@ from drake_tracker.scenarios.consent import find_module, require_consent
 
 
 def make_custom(part: Custom, where: str, role: type) -> Any:
-    """Returns what the class or function of a custom part returns.
+    """Returns the object that the class or function of a custom part makes.
 
     Args:
         part: module, class or function, and its keyword arguments.
@@ -131,7 +131,7 @@ def _methods(role: type) -> list[str]:
 
 
 def _missing(kind: type, role: type) -> str:
-    """Returns what a class lacks to be of a role, "" when nothing."""
+    """Returns the methods that a class lacks for a role, "" when none is missing."""
     methods = _methods(role)
     if methods:
         absent = [method for method in methods if not callable(getattr(kind, method, None))]
@@ -143,7 +143,7 @@ def _return_annotation(make: types.FunctionType, role: type) -> Any:
     """Returns the annotation of what a function returns, as a class where that can be found; None without annotation.
 
     An annotation that is text is looked up by name, because evaluating it would run it. A name that the module imports
-    for type checkers only is compared with that of the role.
+    for type checkers only is compared with the name of the role.
     """
     returns = make.__annotations__.get("return")
     if isinstance(returns, str):

@@ -62,14 +62,15 @@ class HandEyeDiagram(Diagram):
     objects there is the input ``selected``, the number of the track that the operator selected, and there are the
     outputs ``tracks``, ``regions_left``, ``regions_right`` and ``expected``.
 
-    The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
-    also has ``truth_object_states``, and ``truth_judged`` where the judge watches several trains. A vision of several
-    objects has ``tracks``, ``regions_left`` and ``regions_right`` as well, and its host ``expected``. If vision sees
-    the hand, there are ``hand_point``, ``delivered_hand_point`` and ``hand_correction``. With a `PipelinedCamera` the
-    ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles late.
+    The block lists the ports of the train. In every task, the ports are the ports of its subsystems. A train with
+    further objects also has ``truth_object_states``, and ``truth_judged`` where the judge watches several trains. A
+    vision of several objects has ``tracks``, ``regions_left`` and ``regions_right`` as well, and its host ``expected``.
+    If vision sees the hand, there are ``hand_point``, ``delivered_hand_point`` and ``hand_correction``. With a
+    `PipelinedCamera` the ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles
+    late.
 
     All outputs of subsystems, except those that drive the world, are outputs of the Diagram, for logs, pictures and
-    judges. Messages, units and periods of the ports are those of the subsystems. Ports named ``truth_*`` carry ground
+    judges. The subsystems define messages, units and periods of the ports. Ports named ``truth_*`` carry ground
     truth: they lead out of the Diagram, never back into it.
 
     With `MeasuredVisionDiagram` as vision there are no cameras, and the outputs from ``camera_*`` to ``centroid_*`` do

@@ -103,8 +103,8 @@ def make_host(
     Args:
         estimator: turns points into predicted paths.
         time_step: the plant's step, of which the slot is a fraction [s].
-        faults: what goes wrong; of these, those of the host.
-        several: whether vision tracks several objects, each of which has an estimator of its own.
+        faults: the injected faults, of which only faults of the host are used.
+        several: whether vision tracks several objects, each of which has a separate estimator.
     """
     for fault in faults_at(faults, HostFault):
         estimator = fault.estimator(estimator)
@@ -119,7 +119,7 @@ def link_of(scenario: Any, faults: Sequence[Fault] = (), message: Any = Predicti
 
     Args:
         scenario: a scenario of any task.
-        faults: what goes wrong; of these, those of the link.
+        faults: the injected faults, of which only faults of the link are used.
         message: type of the packets.
 
     Raises DrakeTrackerError for settings out of range.

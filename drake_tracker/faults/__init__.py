@@ -1,4 +1,4 @@
-"""Faults: what goes wrong in a run, and when.
+"""Injected faults of a run, with their times.
 
 The settings that a scenario lists under ``faults`` go in; `Fault` objects come out. Each acts on the laboratory or on a
 wire between subsystems, never on the controller, which must notice by itself. Begin with `fault.py`, which has a base

@@ -26,7 +26,7 @@ class JointFaultsSystem(LeafSystem):
 
     Args:
         faults: the faults.
-        selector: (velocities of the plant, joints), 1 where a velocity is that of a joint of the arm.
+        selector: (velocities of the plant, joints), 1 where a velocity belongs to a joint of the arm.
     """
 
     def __init__(self, faults: Sequence[JointFault], selector: np.ndarray) -> None:

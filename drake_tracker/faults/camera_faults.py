@@ -25,8 +25,8 @@ def turned(K: np.ndarray, turn: np.ndarray) -> np.ndarray:
 class TurnedCameraFault(ImageFault, PointFault):
     """A camera that turns about its centre.
 
-    A rotation about the centre of a pinhole camera moves its pixels by a homography, exactly. What it would see beyond
-    the edge of the rendered window is not rendered; the pixels of the edge are repeated there.
+    A rotation about the centre of a pinhole camera moves its pixels by a homography, exactly. The scene beyond the edge
+    of the rendered window is not rendered; the pixels of the edge are repeated instead.
     """
 
     interpolation = cv2.INTER_CUBIC

@@ -1,8 +1,8 @@
 """The base class of the faults, and one class for each place where a fault can act.
 
 A fault derives from the classes of its places. The diagrams ask for the faults of a place with `faults_at` and insert a
-System, or wrap a part, only where there are any. A fault has no memory: what it does follows from the time and from
-what it is given.
+System, or wrap a part, only where there are any. A fault has no memory: its effect follows from the time and from its
+arguments.
 """
 
 import math
@@ -79,7 +79,7 @@ class FaultyView:
 
 @dataclass(frozen=True)
 class Sight:
-    """What one camera sees of the object in one cycle, with measured vision.
+    """One camera's view of the object in one cycle, with measured vision.
 
     Attributes:
         camera: "left" or "right".

@@ -15,8 +15,8 @@ SEEN_UNTIL, UNSEEN_FROM = 40.0, 60.0
 """Noise [grey levels] up to which the detector finds the train in every cycle, and from which it finds it in none. From
 four levels of noise between 30 and 60 in the images of three runs."""
 CENTROID_NOISE = 0.0016
-"""Noise of a centroid [px] per square of the noise in the image [grey levels^2]. The noise hides more and more of the
-train; from four levels of noise between 10 and 40 in the same images."""
+"""Noise of a centroid [px] per square of the noise in the image [grey levels^2]. Noise hides an increasing part of the
+train. The numbers were measured in the same images at four levels of noise between 10 and 40."""
 IMAGE_SPAN = 4
 """Cycles between the first and the last image of the train's motion detector."""
 
@@ -50,7 +50,7 @@ class FlickerFault(ImageFault, PointFault):
     """`Flicker`: a gain on the whole image.
 
     The motion detector scales its first image to the brightness of its last, and finds nothing when they differ too
-    much (`light_gain`). Measured vision has no point in those cycles, and is otherwise undisturbed.
+    much (`light_gain`). Measured vision has no point in these cycles, and is otherwise undisturbed.
     """
 
     def gain(self, time: float) -> float:
@@ -116,8 +116,8 @@ class CastShadowFault(ImageFault, PointFault):
 
     The shadow lies on the plane of the table, also where the pixel shows the train or the arm above it. To the motion
     detector its edges are motion: all parts of the table in the work volume whose brightness changes enough. With
-    measured vision, a camera finds the common centroid of shadow and train, weighted by their areas, where they are
-    close to each other; otherwise the larger one.
+    measured vision, a camera finds the common centroid of shadow and train, weighted by their areas, if they are close
+    to each other; otherwise it finds the larger of both.
 
     Attributes:
         table_height: height of the table's top [m].

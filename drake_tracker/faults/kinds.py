@@ -55,7 +55,7 @@ def make_faults(settings: Iterable[Any], *, seed: int, **context: Any) -> "tuple
 
     Args:
         settings: their settings, as the scenario lists them.
-        seed: seed of their random draws. Each fault has its own numbers, by its place in the list.
+        seed: seed of their random draws. Each fault has its own random numbers, by its place in the list.
         **context: what they need to know about the run: ``lag``, the time from an image to the point at the estimator
             [s]; ``table_height`` [m]; ``work_volume``, its lowest and highest corner in W [m]; ``X_WCs``, {side: true
             pose of the camera, a homogeneous matrix (4, 4)}; ``servo_inertia`` of the joints [kg m^2];

@@ -1,4 +1,4 @@
-"""Drake System of the faults of measured vision: what faults of images, scene and calibration do to the point."""
+"""Drake System of the faults of measured vision: the effect of faults of images, scene and calibration on the point."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,7 +15,7 @@ from drake_tracker.vision.triangulator_system import MARGIN, MAX_GAP
 
 
 class PointFaultsSystem(LeafSystem):
-    """Changes the points of measured vision as faults would change those of cameras.
+    """Changes the points of measured vision as faults would change the points of cameras.
 
     The measured point is projected into both calibrated cameras, faults move or remove the two pixels, and the models
     that the controller has of the cameras triangulate them. The calibrated cameras stand for the true ones, since the
@@ -72,7 +72,7 @@ class PointFaultsSystem(LeafSystem):
         output.SetFromVector(point[:])
 
     def _meeting(self, active: Sequence[PointFault], p_WQ: np.ndarray | None, time: float) -> RayIntersection | None:
-        """Returns where the two cameras see the object, or None when one of them sees nothing."""
+        """Returns the pixels of the object in both cameras, or None when one camera does not see it."""
         pixels = []
         for side, model in self._cameras.items():
             uv = None if p_WQ is None else model.project(p_WQ)[0]

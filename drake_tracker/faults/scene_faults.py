@@ -11,7 +11,7 @@ from drake_tracker.faults.fault import EncoderFault, MovingBody, PointFault, Sce
 THICKNESS = 0.01
 """Thickness of the panel [m]."""
 PANEL_SHARE = 0.55
-"""Place of the panel on the way from the middle of the table to the camera, as a fraction of it."""
+"""Place of the panel on the line from the middle of the table to the camera, as a fraction of its length."""
 PARKED = 1.2
 """Distance above that place at which the panel waits, out of both images [m]."""
 SWEEP = 0.6
@@ -37,7 +37,7 @@ CLEARANCE = 0.001
 
 @dataclass(frozen=True)
 class PassingOccluderFault(SceneFault, PointFault):
-    """`PassingOccluder`: a panel that faces the camera comes down before it, stays there, and goes up again.
+    """`PassingOccluder`: a panel that faces the camera comes down in front of the camera, stays, and goes up again.
 
     Measured vision sees nothing while the line of sight to the point passes through the panel. It does not see the
     motion of the panel itself, which cameras do.
@@ -85,11 +85,11 @@ class PassingOccluderFault(SceneFault, PointFault):
 
 @dataclass(frozen=True)
 class SecondMoverFault(SceneFault, PointFault):
-    """`SecondMover`: a box of the size of the train, which the motion detector cannot tell from it.
+    """`SecondMover`: a box of the size of the train, which the motion detector cannot distinguish from the train.
 
-    The mover goes to and fro in a sinusoid. With measured vision, a camera finds the common centroid of train and mover
-    where they are close to each other in the image, each weighted by its area; otherwise that of the train, in which
-    more pixels move. The mover does not count where it turns, while it is too slow to be seen.
+    The mover goes to and fro in a sinusoid. With measured vision, a camera finds the common centroid of train and
+    mover, each weighted by its area, if they are close to each other in the image. Otherwise it finds the centroid of
+    the train, in which more pixels move. The mover does not count where it turns, while it is too slow to be seen.
 
     Attributes:
         table_height: height of the table's top [m].

@@ -64,7 +64,7 @@ def add_train_faults(
     rail_forces: OutputPort,
     faults: Sequence[Fault],
 ) -> OutputPort:
-    """Adds the forces of faults to those of the rail, if there are any.
+    """Adds the forces of faults, if there are any, to the forces of the rail.
 
     Args:
         builder: of the diagram that has the plant.

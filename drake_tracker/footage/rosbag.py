@@ -62,8 +62,8 @@ _ROWS = {"nv21": 1.5, "nv12": 1.5, "nv24": 3.0}
 def open_bag(path: str | Path, topic: str | None = None) -> Footage:
     """Returns the `Footage` of an image topic of a bag.
 
-    Image and CompressedImage of sensor_msgs are supported. Times are those of the messages' headers, which cameras
-    share, or those of the recording where a header has none.
+    Image and CompressedImage of sensor_msgs are supported. Times come from the headers of the messages, whose clock all
+    cameras share, or from the recording if a header has no time.
 
     Args:
         path: file ``.mcap`` or ``.db3``, or the folder that contains them.
@@ -216,7 +216,7 @@ def bits_of_message(message: bytes, kind: str) -> int | None:
 def _image(
     data: np.ndarray, height: int, width: int, step: int, encoding: str, big: bool, name: str, bits: int | None
 ) -> np.ndarray:
-    """Returns the pixels of an Image as RGB; see there for the arguments."""
+    """Returns the pixels of an Image message as RGB."""
     channels, code = _CHANNELS.get(encoding, 1), _CODES[encoding]
     deep = "16" in encoding
     rows = int(height * _ROWS.get(encoding, 1.0))

@@ -1,4 +1,4 @@
-"""Opens footage from what the user wrote: a camera number, a folder, a pattern, a bag or a video file."""
+"""Opens the footage that the user names: a camera number, a folder, a pattern, a bag or a video file."""
 
 import filecmp
 import os

@@ -1,4 +1,4 @@
-"""A video file as footage; the times of its frames are those of the container."""
+"""A video file as footage; the container gives the times of the frames."""
 
 import os
 from bisect import bisect_right
@@ -16,16 +16,16 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 
 _MOST_DECLARED = 100
-"""Largest ratio of the images that a file declares to those in it; beyond, the number itself is damaged."""
+"""Largest ratio of declared images to images in a file; beyond this ratio, the declared number is damaged."""
 
 
 class FrameTimes:
     """Gives each decoded frame its time, as a whole number of the stream's ticks.
 
     A decoder delivers frames in the order in which they are shown. The time of a frame is its own where that is
-    possible. Otherwise, and for all frames of a stream that has only decode times, it is the next of all times:
-    a container such as AVI stamps frames in the order in which they are decoded, and with B-frames, which are decoded
-    later than frames that are shown after them, these times would run backwards.
+    possible. Otherwise, and for all frames of a stream with decode times only, the time is the next of all sorted
+    times. A container such as AVI stamps frames in decoding order. B-frames are decoded after frames that are shown
+    later, so that their times would run backwards.
 
     Args:
         ticks: times of all packets, in the order of the file.
@@ -70,7 +70,7 @@ class Orientation:
     flip_y: bool = False
 
     def size(self, width: int, height: int) -> tuple[int, int]:
-        """Returns (width, height) [px] of an image as it is shown, from those of the stored image."""
+        """Returns (width, height) [px] of an image as shown, from width and height of the stored image."""
         return (height, width) if self.transposed else (width, height)
 
     def apply(self, image: np.ndarray) -> np.ndarray:
@@ -139,7 +139,7 @@ class _Video:
         self._bad = 0
 
     def warning(self) -> str | None:
-        """Returns what could not be read so far, or None."""
+        """Returns the read errors so far, or None."""
         missing = self._declared - self._good if self._ended else self._bad
         if missing <= 0:
             return None
@@ -202,7 +202,7 @@ def _packets(container: Any, stream: Any, flush: bool = False) -> Iterator[Any]:
 
 
 def _missing_at_end(container: Any, stream: Any, ticks: list[Any]) -> int:
-    """Returns the number of images that the headers of a file declare beyond those in it."""
+    """Returns the number of declared images that are missing in a file."""
     if "mp4" in container.format.name:
         declared = len(stream.index_entries)  # an edit list may leave out some of ``stream.frames``
     else:
@@ -236,7 +236,7 @@ def _orientation(path: str | Path) -> Orientation:
 def _rgb(frame: Any, converter: VideoReformatter) -> np.ndarray:
     """Returns the RGB image of a frame. Grey values are kept to the last bit, which FFmpeg does not guarantee.
 
-    Without a converter of its own, PyAV would start threads for each frame.
+    Without a separate converter, PyAV would start threads for each frame.
     """
     if frame.format.name == "gray":
         return cv2.cvtColor(frame.to_ndarray(), cv2.COLOR_GRAY2RGB)

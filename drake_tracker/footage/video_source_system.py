@@ -27,11 +27,11 @@ class VideoSource(LeafSystem):
         - frame
 
     ``image`` is an `ImageRgba8U`, the newest image captured; ``grey`` an `ImageGrey8U`, the same without colours, which
-    costs much less; ``frame`` is a `FrameInfo` vector: its own stamp [s], and
-    whether it was captured in this tick. In a tick without a new image the previous image stays, and the stamp is that
-    of the tick. Both are functions of time alone: they have no state, no period and no offset, and are never all zeros,
-    except that the image is black before the first one. The footage is read in order, so that a Context that goes back
-    in time makes a file be read again from its beginning.
+    costs much less; ``frame`` is a `FrameInfo` vector: its own stamp [s], and whether it was captured in this tick. In
+    a tick without a new image, the previous image is kept, and the stamp is the time of the tick. Both are functions of
+    time alone: they have no state, no period and no offset, and are never all zeros, except that the image is black
+    before the first one. The footage is read in order, so that a Context that goes back in time makes a file be read
+    again from its beginning.
 
     Args:
         sequence: the images by tick.

@@ -1,7 +1,7 @@
 """The link from the host to the arm.
 
-In go the packets of predicted path (`drake_tracker.core.messages.Prediction`) that the host makes; out come those that
-arrive at the arm's controller, at the time at which they arrive. Begin with `link.py`: a link is an object with three
+The input is the host's packets of predicted path (`drake_tracker.core.messages.Prediction`); the output is the packets
+that arrive at the arm's controller, at their times of arrival. Begin with `link.py`: a link is an object with three
 methods (`Link`), `LINKS` registers the kinds, and `LinkSystem` makes a System of one.
 """
 

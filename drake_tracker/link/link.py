@@ -20,7 +20,7 @@ arithmetic (`Link`), `drake_tracker.link.link_system.make_link` its System."""
 
 
 class Link(Protocol[State]):
-    """The arithmetic of a link: packets of predicted path go in, and some of them come out later.
+    """The arithmetic of a link, which delivers some of the offered packets of predicted path, and later.
 
     A link is functional: its methods return a new state and never change the link or the old state, since the state is
     kept in a Context, which Drake copies. A state is a frozen dataclass derived from

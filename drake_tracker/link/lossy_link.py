@@ -72,7 +72,7 @@ class LossyLink:
     def post(self, state: LinkState, packet: np.ndarray, now: float) -> LinkState:
         """Returns the state after a packet was offered to the link.
 
-        A packet is not sent when its ``valid`` is 0, or when its stamp is that of the packet offered last.
+        A packet is not sent if its ``valid`` is 0, or if its stamp equals the stamp of the packet offered last.
 
         Args:
             state: the state before.
@@ -96,7 +96,7 @@ class LossyLink:
 
         A packet overtaken by a newer one never replaces it. Stamps decide and not sequence numbers, since a restarted
         host counts its packets from 1 again. A packet whose stamp has no place in this order, because it was later than
-        the arm's clock at its arrival or its path was over, is there until the next one arrives.
+        the arm's clock at its arrival or its path was over, is delivered until the next packet arrives.
         """
         return self._newest_arrived(state.in_flight, now)
 
@@ -128,7 +128,7 @@ class LossyLink:
     def _without_superseded(
         self, in_flight: tuple[tuple[float, np.ndarray], ...], now: float
     ) -> tuple[tuple[float, np.ndarray], ...]:
-        """Returns the packets under way, and of those that have arrived the one that is delivered and the newest."""
+        """Returns the packets in transit, the delivered packet, and the newest packet that has arrived."""
         delivered = self._newest_arrived(in_flight, now)
         if delivered is None:
             return in_flight

@@ -106,7 +106,7 @@ class Frames:
         return self._clock() >= self._due
 
     def write(self, sights: Mapping[str, Any], state: Any) -> None:
-        """Takes what a frame shows, see `VideoPage.draw`. A frame that is not wanted is dropped."""
+        """Accepts the content of a frame, see `VideoPage.draw`. A frame that is not wanted is dropped."""
         if not self.wanted:
             return
         self._due = self._clock() + (FRAME_INTERVAL if self._watched() else _UNWATCHED_INTERVAL)

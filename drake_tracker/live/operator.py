@@ -1,4 +1,4 @@
-"""The operator's panel: what a person at the page wants of the arm, kept until the run reads it."""
+"""The operator's panel: the commands of a person at the page, kept until the run reads them."""
 
 import threading
 from collections.abc import Collection
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from drake_tracker.grasp.operator_override import OperatorMode
 
 JOG_AXES = ("x", "y", "z", "yaw")
-"""Axes along or about which the tool can be jogged: those of W, and the direction of the tool about the vertical."""
+"""Axes along or about which the tool can be jogged: the axes of W, and the vertical axis of the tool."""
 JOG_STEP, JOG_TURN = 0.01, 0.0873
 """Size of a step [m], and of a turn [rad]: 5 deg."""
 MOST_STEPS = 20
@@ -15,7 +15,7 @@ MOST_STEPS = 20
 
 
 class Wish(NamedTuple):
-    """What the operator wants.
+    """Command of the operator.
 
     Attributes:
         mode: what the operator wants now.
@@ -40,7 +40,7 @@ class OperatorPanel:
 
     @property
     def mode(self) -> OperatorMode:
-        """What the operator wants now."""
+        """The present command of the operator."""
         return self._mode
 
     def set_mode(self, name: Any) -> None:

@@ -1,4 +1,4 @@
-"""The operator's panel as a System: what the person at the page wants enters the diagram here."""
+"""The operator's panel as a System, through which the commands of the person at the page enter the diagram."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ _LEADS = np.array([LEAD, LEAD, LEAD, LEAD_TURN])
 
 
 class OperatorSystem(LeafSystem):
-    """Reads the operator's panel once per vision cycle and says what the operator wants.
+    """Reads the operator's panel once per vision cycle and outputs the command of the operator.
 
     .. pydrake_system::
 
@@ -44,7 +44,7 @@ class OperatorSystem(LeafSystem):
     the pose is zero unless the operator has taken over. It begins where the tool is, and steps on the page move it.
     ``selected``: the field ``selected`` of this command alone, for the vision.
 
-    The panel is an external input, like a camera: other threads write it. What was read is state, and is logged.
+    The panel is an external input, like a camera: other threads write it. The command is state, and is logged.
 
     Args:
         panel: the operator's panel.

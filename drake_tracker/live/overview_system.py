@@ -1,4 +1,4 @@
-"""Samples what the live view draws from above, as a Drake System."""
+"""Samples the content of the live view from above, as a Drake System."""
 
 from collections.abc import Callable
 from typing import Any

@@ -15,7 +15,8 @@ that the samples were thinned out, number of samples."""
 
 
 class LiveState:
-    """What the page shows. Facts change rarely and are sent as a whole; of the strips' samples only new ones are sent.
+    """Content of the page. Facts change rarely and are sent as a whole. Of the strips' samples, only new samples are
+    sent.
 
     Attributes:
         frames: the cameras' newest frame.
@@ -38,14 +39,14 @@ class LiveState:
         self.frames = Frames(lambda: self.watchers > 0, self._wake, self.set_facts)
 
     def set_facts(self, **facts: Any) -> None:
-        """Sets what changes rarely: values for JSON."""
+        """Sets values that change rarely, for JSON."""
         with self._news:
             self._facts = {**self._facts, **facts}
             self._facts_version += 1
             self._news.notify_all()
 
     def set_values(self, **values: Any) -> None:
-        """Replaces what changes all the time: values for JSON."""
+        """Replaces the values that change all the time, for JSON."""
         with self._news:
             self._values = values
             self._values_version += 1

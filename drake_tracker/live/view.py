@@ -1,4 +1,4 @@
-"""The live view of a run: it connects the run with the page, what the page shows and what it requests.
+"""The live view of a run: connects the run with the page, its content and its requests.
 
 Drake is imported when the diagram is watched, so that the page is up within a moment.
 """
@@ -133,7 +133,8 @@ class LiveView:
         phases: type[IntEnum],
         scene_url: str,
     ) -> None:
-        """Adds what the page shows besides the images to the diagram of a run, and describes the run to the page.
+        """Adds the Systems behind the page, except for the images, to the diagram of a run, and describes the run to
+        the page.
 
         Args:
             builder: has ``hand_eye`` and receives the `StripsSystem` and, where the task has one, the `OverviewSystem`.
@@ -238,7 +239,7 @@ class LiveView:
                 self._say(f"The live view was closed. The run continues; watch it again at {self.url}")
 
     def _act(self, action: Any, values: dict[str, Any]) -> dict[str, Any]:
-        """Does what the page requests; see `Server`."""
+        """Carries out a request of the page; see `Server`."""
         if action in ("pause", "resume", "step") and not values:
             getattr(self.control, action)()
         elif action == "rate" and set(values) == {"rate"}:

@@ -1,8 +1,8 @@
-"""The network between the process of the host and that of the arm.
+"""The network between the process of the host and the process of the arm.
 
-In go the ports of a hand-eye diagram: vectors with named fields, and images. Out come LCM messages on one channel for
-each port, and the same ports in the other process. `HostSideDiagram` and `ArmSideDiagram` are the two processes as
-Diagrams; `open_bus` joins the bus, and `Mailbox` and `CycleCollector` collect what arrives.
+In go the ports of a hand-eye diagram: vectors with named fields, and images. The output is LCM messages on one channel
+for each port, and the same ports in the other process. `HostSideDiagram` and `ArmSideDiagram` are the two processes as
+Diagrams; `open_bus` joins the bus, and `Mailbox` and `CycleCollector` collect incoming messages.
 """
 
 import lazy_loader

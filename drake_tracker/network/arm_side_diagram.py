@@ -103,9 +103,9 @@ class RemoteHostDiagram(Diagram):
       be read. All zeros: none yet.
     - ``filtered``: the newest `Filtered` received. All zeros: none yet, or the newest message cannot be used.
 
-    These are the ports with measured vision: the inputs are the ports that are sent, the outputs those that are
-    received. With cameras there is no input, and `channels.FROM_VISION` are outputs too. With several objects
-    ``tracks`` takes the place of ``point``, and with cameras `channels.FROM_TRACKER` are further outputs.
+    These are the ports with measured vision: the inputs are the sent ports, the outputs the received ports. With
+    cameras there is no input, and `channels.FROM_VISION` are outputs too. With several objects ``tracks`` takes the
+    place of ``point``, and with cameras `channels.FROM_TRACKER` are further outputs.
 
     Args:
         lcm: connection to the bus, with an LcmInterfaceSystem elsewhere.

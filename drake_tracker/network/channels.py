@@ -66,7 +66,7 @@ def channel_of(port: str) -> str:
 def vectors(time_step: float, num_joints: int = 6) -> dict[str, Vector]:
     """Returns {port: `Vector`} of every channel of vectors.
 
-    The host sends its results after its own slot; what it reads is sent just before its slot.
+    The host sends its results after its own slot; the messages that it reads are sent just before its slot.
 
     Args:
         time_step: the plant's step [s], of which the slots are fractions.

@@ -41,10 +41,9 @@ class Cycle:
 class CycleCollector:
     """Collects the messages of one cycle. A cycle ends when it is complete, or when a later one begins.
 
-    A message whose time is far from that of the newest cycle is put aside. Once `AGREEING` cycles have come in a row
-    that continue each other, without a message of the present clock between them, the collector accepts them: as the
-    cycles after a gap, or as those of a clock that restarted. A message of the present clock discards what was put
-    aside.
+    A message whose time is far from the newest cycle is set aside. Once `AGREEING` consecutive cycles without a message
+    of the present clock between them have come, the collector accepts these cycles: they follow a gap, or the clock has
+    restarted. A message of the present clock discards the messages set aside.
 
     Args:
         channels: the channels of which a cycle consists.

@@ -22,8 +22,8 @@ class Mailbox:
     Between two polls of the bus Drake keeps the oldest message of a channel and drops the others. A host that works on
     one image for longer than a cycle would lose the next one; hence `listening`, which polls the bus in a thread.
 
-    Memory is bounded whatever arrives: of each channel at most `MOST_WAITING` messages wait, and of a message that is
-    larger than those of its channel can be, only the beginning and one more byte than allowed.
+    Memory is bounded for any input: at most `MOST_WAITING` messages of a channel wait, and an oversized message is cut
+    one byte after the largest allowed size.
 
     Args:
         lcm: connection to the bus, which nothing else may use while `listening`.

@@ -1,4 +1,4 @@
-"""Settings that may be changed in a replay: those of the parts that run again."""
+"""Settings that may be changed in a replay: the settings of the parts that run again."""
 
 import dataclasses
 from collections.abc import Iterator

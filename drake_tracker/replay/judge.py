@@ -19,8 +19,8 @@ def compare_signals(recorded: Mapping[str, Signal], replayed: Mapping[str, Signa
     """Returns {name: {"identical", "greatest_difference", "samples"}} for all replayed signals of the run.
 
     A signal is identical when all samples and their times agree bit for bit. Otherwise ``field`` is the name of the
-    field with the greatest difference. A signal that the run did not log, since an earlier version made it, is
-    omitted. Samples that only one of the two has, such as the last one of the servo, are not compared.
+    field with the greatest difference. A signal that the run did not log, since an earlier version made it, is omitted.
+    Samples in only one of both signals, such as the last sample of the servo, are not compared.
 
     Args:
         recorded: {name: Signal} of the run.

@@ -47,8 +47,8 @@ class ReplayDiagram(Diagram):
     The outputs are the ports of `HandEyeDiagram` with the same names, as far as they are computed again: with vision
     the centroids and points, otherwise from ``filtered`` on. A vision of several objects also has ``tracks`` and
     ``regions_*``, and reads what its host expects. The host of the conveyor has ``order`` and ``belt``, and reads the
-    recorded reports of the arm, ``diagnosis`` and ``status``. Messages and periods are those of the run. The servo
-    reads the recorded ``command``, so that the hand moves and stops using vision as in the run.
+    recorded reports of the arm, ``diagnosis`` and ``status``. Messages and periods are as in the run. The servo reads
+    the recorded ``command``, so that the hand moves and stops using vision as in the run.
 
     Args:
         sources: {name of the replaced port: (System, name of its output port)}. They include ``command``, and either
@@ -96,7 +96,7 @@ class ReplayDiagram(Diagram):
 
 
 class LogSourceSystem(LeafSystem):
-    """Outputs what a port of a run had as output, and changes when that port changed.
+    """Outputs the logged values of a port, and changes when the port changed in the run.
 
     .. pydrake_system::
 

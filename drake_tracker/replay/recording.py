@@ -99,7 +99,7 @@ def _load(folder: Path) -> dict[str, Signal]:
 
 
 def _partial(folder: Path, log: Mapping[str, Signal]) -> tuple[str, ...]:
-    """Returns a warning when the log is that of a run that was killed, or has not ended."""
+    """Returns a warning when the run was killed, or has not ended."""
     path = find_log(folder)
     if path is None or path.name != STREAM_FILE:
         return ()

@@ -32,7 +32,7 @@ def replay_run(
     - ``run``: directory of the run.
     - ``start``: where the replay began.
     - ``changes``: {setting: [before, after]}.
-    - ``identical``: whether all replayed signals agree with those of the run, bit for bit.
+    - ``identical``: whether all replayed signals agree with the signals of the run, bit for bit.
     - ``signals``: what `compare_signals` returns.
     - ``recorded``, ``replayed``: rms errors of run and replay, see `Judge.rms`.
     - ``simulated_s``: length of the replay.

@@ -136,7 +136,7 @@ def _autopsy(run: RunFiles) -> dict[str, Any] | None:
 
 
 def _guarded(run: RunFiles, consequence: str, make: Callable[[], _Part | None]) -> _Part | None:
-    """Returns a part of the page, or None when it cannot be made from what is in the log, which is noted."""
+    """Returns a part of the page, or None with a note when the log does not suffice for it."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -1,6 +1,7 @@
 """Reads a run directory, which may be complete, half-written, damaged, or of another version.
 
-Nothing in it is executed, no pipe blocks the reader, and no file outside of it is read or served.
+Nothing in a run directory is executed, no pipe blocks the reader, and no file outside of the directory is read or
+served.
 """
 
 import math
@@ -93,7 +94,7 @@ def is_own_file(folder: str | os.PathLike[str], name: str) -> bool:
 
 
 def _read(folder: Path, name: str, reader: Callable[[Path], _Content], notes: list[str]) -> _Content | None:
-    """Returns what a reader returns for a file, or None when there is no such file or it cannot be read."""
+    """Returns the result of a reader for a file, or None when the file is missing or cannot be read."""
     if not is_own_file(folder, name):
         return None
     try:

@@ -1,8 +1,8 @@
 """The settings that the scenarios of all tasks share.
 
-A role with several kinds is a Union. A scenario file names the kind by its YAML tag. Without a tag, the kind is that of
-the scenario that is extended, or the first kind if there is none.
-Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
+A role with several kinds is a Union. A scenario file names the kind by its YAML tag. Without a tag, the kind is the
+kind in the extended scenario, or the first kind if no scenario is extended. Scenarios are frozen:
+`BaseScenario.with_settings` returns a changed copy.
 """
 
 import math
@@ -93,7 +93,7 @@ class BaseScenario:
 
     @classmethod
     def present(cls, tree: Value, notes: list[str]) -> Value:
-        """Returns the tree of a scenario with settings of former versions translated into those of today.
+        """Returns the tree of a scenario with settings of former versions translated into present settings.
 
         Args:
             tree: the tree, a mapping.

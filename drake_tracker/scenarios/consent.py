@@ -43,7 +43,7 @@ def require_consent(part: Custom) -> None:
 
 
 def allowed_code(scenario: Any, parts: Iterable[str] | None = None) -> list[str]:
-    """Returns a line for each piece of code that a file names and the user allows: what it is, and where it is found.
+    """Returns a line for each piece of code that a file names and the user allows, with its name and its place.
 
     Args:
         scenario: a scenario of any task.

@@ -251,8 +251,8 @@ def _nearest(word: str, names: Iterable[str], prefix: str = "") -> str:
 
 
 def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
-    """Returns where an unknown setting may belong: to another kind of the role, or to the setting with the most similar
-    name, which is one of the same part if any of them is similar.
+    """Returns the place where an unknown setting may belong: another kind of the role, or the setting with the most
+    similar name, in the same part if a name there is similar.
     """
     prefix = f"{key}." if key else ""
     names = [key_of(field) for field in settings_of(kinds[tag])]
@@ -281,7 +281,7 @@ def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
 
 
 def setting_words(schema: Any, prefix: str = "") -> Iterator[str]:
-    """Yields what the argument of ``--set`` may begin with: ``key=`` for a setting, ``key=Kind`` for a part.
+    """Yields the possible beginnings of an argument of ``--set``: ``key=`` for a setting, ``key=Kind`` for a part.
 
     Args:
         schema: a dataclass of settings.

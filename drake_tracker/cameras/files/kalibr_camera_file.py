@@ -1,7 +1,8 @@
 """Calibration files of Kalibr: camchain, one YAML file for all cameras.
 
-Source: Kalibr's wiki, "YAML formats" and "Supported models". T_cn_cnm1 takes points from the frame of the camera before
-to that of the camera. ``radtan`` has k1, k2, p1, p2 of OpenCV's pinhole, and ``equidistant`` is OpenCV's fisheye.
+Source: Kalibr's wiki, "YAML formats" and "Supported models". T_cn_cnm1 takes points from the frame of the previous
+camera to the frame of the camera. ``radtan`` has k1, k2, p1, p2 of OpenCV's pinhole, and ``equidistant`` is OpenCV's
+fisheye.
 """
 
 from collections.abc import Mapping

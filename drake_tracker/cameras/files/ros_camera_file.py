@@ -102,7 +102,7 @@ def ros_texts(cameras: Mapping[str, CameraModel]) -> dict[str, str]:
     Args:
         cameras: one camera, or the left and the right one, of which W is the frame of the left one.
 
-    Raises DrakeTrackerError when both cameras have not the same kind of lens and size of image.
+    Raises DrakeTrackerError when the kinds of lens or the sizes of image differ.
     """
     left = next(iter(cameras.values()))
     K = np.hstack([left.K, np.zeros((3, 1))])

@@ -17,7 +17,7 @@ _CORNERS = np.array([[0, 0], [SIDE, 0], [SIDE, SIDE], [0, SIDE]], dtype=np.float
 
 @dataclass(frozen=True)
 class Reading:
-    """What an image shows.
+    """Content of an image.
 
     Attributes:
         time: newest time in the code [ms], modulo `RANGE`: the field with it was the last to change.

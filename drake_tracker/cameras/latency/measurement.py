@@ -17,7 +17,7 @@ from drake_tracker.footage.read_ahead import read_ahead
 LEAST_IMAGES = 10
 """Least number of images with a readable code, and of switches of the light."""
 SEARCH = (-0.2, 3.0)
-"""Latencies among which that of a switched light is looked for, where camera and light share a clock [s]."""
+"""Range of latencies that is searched for a switched light, if camera and light share a clock [s]."""
 _WAITING = 200
 """Images that may wait for being read: a driver that waits would give them a late stamp."""
 _STEP_TOLERANCE = 3
@@ -56,8 +56,8 @@ class LatencyMeasurement:
         name: of the source.
         latency: what was measured.
         seen: number of images looked at.
-        absolute: whether the stamps are times of this machine's clock; otherwise they count from the first image, and
-            the number is the distance between two clocks, which only the number of another camera makes useful.
+        absolute: whether the stamps are times of this machine's clock. Otherwise they count from the first image, and
+            the number is the offset between two clocks; only the difference to another camera's number is useful.
         refresh: time from one change of the screen to the next [s]; None for a light.
     """
 

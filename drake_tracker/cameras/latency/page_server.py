@@ -46,7 +46,7 @@ class _CodeHandler(LoopbackHandler):
 
 
 def _layout() -> dict[str, object]:
-    """Returns what the page must know of the code, see `screen_code`."""
+    """Returns the parameters of the code for the page, see `screen_code`."""
     markers = range(len(screen_code.MARKERS))
     return {
         "size": screen_code.SIZE,

@@ -41,7 +41,7 @@ class Packets(NamedTuple):
 
 
 def chain(packets: Packets, time: float, train: np.ndarray, hand: np.ndarray) -> np.ndarray:
-    """Returns what each stage contributed to ``hand`` minus ``train``: x, y, z [m, W] and yaw [rad], shape (7, 4).
+    """Returns the contribution of each stage to ``hand`` minus ``train``: x, y, z [m, W] and yaw [rad], shape (7, 4).
 
     Its rows are those of `Stage`. They add up to the difference exactly; its yaw is exact up to half turns, which leave
     the jaws unchanged. The row of `Stage.TIMING` is zero. Without a yardstick, the contributions of vision and

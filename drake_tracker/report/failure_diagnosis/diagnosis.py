@@ -23,8 +23,9 @@ from drake_tracker.tasks.train.setup import TrainSetup, resolve
 LEAST_BLAME = 0.002
 """A stage whose excess is less than this [m] is not blamed."""
 LATE = 0.1
-"""Jaws that reach the train's width this much [s] after the planned time are late; up to half of it is normal. So is a
-link whose packets are on average this much older than the host's newest; those of a working link are no older."""
+"""Jaws that reach the train's width this much [s] after the planned time are late; up to half of it is normal. A link
+is late if its packets are on average this much older than the host's newest packets; packets of a working link are not
+older."""
 YAW_ARM = 0.05
 """Distance [m] from the middle at which a yaw of the hand counts as an offset: half the gripped length of the train."""
 
@@ -32,11 +33,11 @@ YAW_ARM = 0.05
 def perform(scenario: BaseScenario, log: Mapping[str, Signal]) -> dict[str, Any]:
     """Returns the autopsy of a run of the train as a dict of numbers and texts, fit for JSON. Lengths in m, times in s.
 
-    - ``culprit``: name of the stage that contributed most of what was not normal; None when the train was lifted or no
-      stage did. ``excess_m``: {stage: its excess over normal}, largest first.
+    - ``culprit``: name of the stage with the largest excess over its normal contribution; None when the train was
+      lifted or no stage did. ``excess_m``: {stage: its excess over normal}, largest first.
     - ``verdict``: one or two sentences on the run, None when the train was lifted. Trouble outside of the stages, such
-      as a train that was stopped or a camera that saw nothing, comes first. What went wrong with the tracking of
-      several objects comes last.
+      as a train that was stopped or a camera that saw nothing, comes first. Trouble with the tracking of several
+      objects comes last.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
     - ``tracking``: the contributions while tracking: number of ``moments`` evaluated, ``size_m`` {stage: 68th
@@ -93,7 +94,7 @@ def _verdict(setup: TrainSetup, log: Mapping[str, Signal], spans: Sequence[Phase
 
 
 def _judged(attempts: Sequence[Attempt]) -> list[Attempt]:
-    """Returns the attempts that failed; when none failed, those that the end of the run interrupted."""
+    """Returns the failed attempts; without failed attempts, the attempts that the end of the run interrupted."""
     known = [attempt for attempt in attempts if attempt.rows is not None]
     failed = [attempt for attempt in known if attempt.outcome in ("missed", "dropped")]
     return failed or [attempt for attempt in known if attempt.outcome == "ended"]
@@ -114,7 +115,8 @@ def broken_stage(log: Mapping[str, Signal]) -> Stage | None:
 
 
 def _outdated(log: Mapping[str, Signal]) -> bool:
-    """Returns whether the paths of most packets from the link had ended, while those of the host's newest had not."""
+    """Returns whether the paths of most packets from the link had ended, while the paths of the host's newest packets
+    had not."""
     delivered, prediction = log["delivered"], log["prediction"]
     here = delivered["valid"] > 0
     ends = [signal["first_time"][here] + KNOT_SPACING * (KNOT_COUNT - 1) for signal in (delivered, prediction)]

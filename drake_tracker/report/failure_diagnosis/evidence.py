@@ -1,4 +1,5 @@
-"""What the log of a run tells about each attempt, and about moments of tracking at which one could have started."""
+"""Evidence from the log of a run about each attempt, and about moments of tracking at which an attempt could have
+started."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

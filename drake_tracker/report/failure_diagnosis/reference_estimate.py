@@ -1,4 +1,4 @@
-"""What a healthy estimator would have made of a run's points: the yardstick of the autopsy.
+"""The predictions of a healthy estimator from a run's points: the reference of the autopsy.
 
 An error grows along the chain: noise of a centroid becomes a wrong speed, which becomes a wrong position two thirds of
 a second ahead. To find the stage that caused it, the estimator that learns the closed path filters the points of the

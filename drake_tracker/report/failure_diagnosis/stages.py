@@ -40,7 +40,7 @@ MEANINGS = {
     Stage.SERVO: "the hand was not where the arm's controller sent it",
     Stage.TIMING: "the jaws closed at the wrong time of the descent",
 }
-"""What it means that a stage is the main cause, as a clause."""
+"""The meaning of each stage as the main cause, as a clause."""
 
 AXES = ("along", "across", "up", "yaw")
 """Columns of an array of contributions: along the train's direction of travel, to its left, and up [m]; yaw [rad]."""
