@@ -6,7 +6,7 @@ image with the reference when it does not, and rejects images that cannot be ali
 
 Transforms are homogeneous matrices (3, 3) of pixel coordinates (u, v). A homography is exact when a pinhole camera
 turns about its centre, and approximate when the camera is moved. Edges of large images are compared at a lower
-resolution. The settings in pixels are those of that resolution; results are in pixels of the image itself.
+resolution. Settings in pixels refer to that resolution; results are in pixels of the image itself.
 """
 
 from dataclasses import dataclass, field, replace
@@ -39,7 +39,7 @@ IDENTITY = read_only(np.eye(3))
 
 
 class Verdict(Enum):
-    """What an image is good for."""
+    """Usability of an image."""
 
     STILL = "still"
     """The camera has not moved; the image is used as it is."""
@@ -67,12 +67,12 @@ class UnusableReason(Enum):
 
 @dataclass(frozen=True)
 class CameraMotionState(FrozenState):
-    """What is remembered from image to image; all arrays are read-only.
+    """Memory from image to image; all arrays are read-only.
 
     Attributes:
         warp: (3, 3) transform of the newest fit, from the reference to the image, at the resolution of the fit.
         anchor: (3, 3) warp of the image since which the camera stays displaced.
-        steady: number of images in a row in which the camera stayed there; 0 when it is not displaced.
+        steady: number of consecutive images in which the camera stayed at its new place; 0 when it is not displaced.
         unusable: number of unusable images in a row.
     """
 
@@ -84,10 +84,10 @@ class CameraMotionState(FrozenState):
 
 @dataclass(frozen=True)
 class CameraObservation:
-    """What was found out about an image.
+    """Findings about an image.
 
     Attributes:
-        verdict: what it is good for.
+        verdict: its usability.
         reason: why it is unusable.
         image: uint8 (h, w), aligned with the reference; the given image itself unless the verdict is compensated or
             displaced.
@@ -124,7 +124,8 @@ class CameraMotionDetector:
         self.settings = settings
 
     def reference(self, image: np.ndarray) -> CameraReference:
-        """Returns what `observe` needs of a reference image, grey uint8 (h, w): the background, or an earlier image.
+        """Returns the features of a reference image for `observe`, grey uint8 (h, w): the background, or an earlier
+        image.
 
         It takes some milliseconds. A background that changes slowly need not be prepared again for each image.
         """
@@ -141,7 +142,7 @@ class CameraMotionDetector:
         reference: CameraReference,
         mask: np.ndarray | None = None,
     ) -> tuple[CameraObservation, CameraMotionState]:
-        """Returns (what was found out about an image, the next state).
+        """Returns (findings about an image, the next state).
 
         Args:
             state: from the previous image.
@@ -173,7 +174,7 @@ class CameraMotionDetector:
         return _observation(verdict, image, found, reference), state
 
     def _fit(self, image: np.ndarray, state: CameraMotionState, reference: CameraReference) -> Fit:
-        """Returns the best fit of an image prepared for it; what costs more is tried only when it is needed."""
+        """Returns the best fit of a prepared image; more expensive fits are tried only when needed."""
         if not reference.textured or state.steady == state.unusable == 0:
             check, still = check_still(image, reference), self.settings.still
             sure = check.agreement >= SURE and check.std < still and check.displacement < still
@@ -215,7 +216,7 @@ def _observation(
     reference: CameraReference,
     reason: UnusableReason = UnusableReason.NONE,
 ) -> CameraObservation:
-    """Returns what was found out about an image, aligned if the verdict says so."""
+    """Returns the findings about an image, aligned if its usability allows."""
     aligned, missing, scale = image, None, reference.factor
     transform = None if verdict is Verdict.UNUSABLE else IDENTITY
     if verdict in (Verdict.COMPENSATED, Verdict.DISPLACED):

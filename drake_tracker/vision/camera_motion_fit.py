@@ -81,7 +81,7 @@ class _Step(NamedTuple):
 
 
 NO_STEP = _Step(np.zeros(10), np.eye(10))
-"""What a fit starts from."""
+"""Start of a fit."""
 
 
 def check_still(image: np.ndarray, reference: CameraReference) -> Fit:

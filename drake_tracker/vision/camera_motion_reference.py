@@ -56,7 +56,7 @@ class EdgePixels(NamedTuple):
 
 @dataclass(frozen=True)
 class CameraReference(FrozenState):
-    """What a fit needs to know of a reference image.
+    """Features of a reference image for a fit.
 
     Attributes:
         size: width and height of the image [px].

@@ -11,7 +11,7 @@ _NOUNS = {int: "a whole number", float: "a number", bool: "true or false", str: 
 
 
 def check_settings(settings: Any, owner: str) -> None:
-    """Raises DrakeTrackerError when a value of a settings dataclass is not one that its `setting` allows.
+    """Raises DrakeTrackerError when a value of a settings dataclass is not allowed by its `setting`.
 
     Nested settings are checked where their own part is constructed, and tuples by the part that reads them.
 

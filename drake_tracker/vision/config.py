@@ -8,7 +8,7 @@ from drake_tracker.core.setting import setting
 
 @dataclass(frozen=True)
 class Contrast:
-    """What counts as an object in the difference from the empty scene, and what as its shadow."""
+    """Criteria for objects, and for their shadows, in the difference from the empty scene."""
 
     threshold: float = setting(10.0, "least difference from the background that counts", "grey levels", (1.0, 255.0))
     noise_factor: ClassVar[float] = 5.0
@@ -27,7 +27,7 @@ class Contrast:
 
 @dataclass(frozen=True)
 class CameraMotion:
-    """What counts as motion of the camera itself, and which images cannot be aligned."""
+    """Criteria for motion of the camera itself, and for images that cannot be aligned."""
 
     still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
     largest_std: ClassVar[float] = 0.2

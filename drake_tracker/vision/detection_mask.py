@@ -1,4 +1,4 @@
-"""What a detector saw, for pictures: the same message behind the motion centroid, silhouettes and parts."""
+"""The detection at one instant, for pictures: one message for the motion centroid, silhouettes and parts."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from drake_tracker.core.frozen_state import FrozenState
 
 @dataclass(frozen=True, eq=False)
 class DetectionMask(FrozenState):
-    """What the detector saw at one instant, for figures and video.
+    """The detection at one instant, for figures and video.
 
     Attributes:
         stamp: capture time of the image described [s].

@@ -1,4 +1,4 @@
-"""A vision that sees the robot's own hand as well, as a Diagram."""
+"""A vision that also sees the robot's own hand, as a Diagram."""
 
 from collections.abc import Mapping
 
@@ -30,9 +30,9 @@ class HandVisionDiagram(Diagram):
         output_ports:
         - hand_point
 
-    There are all ports of ``vision`` as well, except ``displacement_*``: if it masks the arm, the mask is displaced by
-    what the markers show. Other ports and the arguments are those of the `HandMarkersSystem`, except that ``arm_state``
-    and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
+    All ports of ``vision`` are ports of this Diagram, except ``displacement_*``: if the vision masks the arm, the
+    measured markers displace the mask. Other ports and the arguments are those of the `HandMarkersSystem`, except that
+    ``arm_state`` and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
 
     Args:
         vision: a `VisionDiagram` or a `SeveralVisionDiagram`.

@@ -1,7 +1,7 @@
 """From a mask of moving pixels to one centroid: the paper's histogram mean, or the convex hull of the region.
 
-A mask is a uint8 image (h, w), 255 where something moves and 0 elsewhere. Coordinates are those of the mask: whole
-numbers are pixel centres, (0, 0) is the top left pixel.
+A mask is a uint8 image (h, w), 255 where something moves and 0 elsewhere. Coordinates are pixel coordinates of the
+mask: whole numbers are pixel centres, (0, 0) is the top left pixel.
 """
 
 from collections.abc import Sequence
@@ -57,7 +57,7 @@ def mean_centroid(mask: np.ndarray) -> RegionCentroid | None:
 
     Steps 9-11 of figure 3 of Allen et al. 1991: each moving pixel is encoded with its coordinate by a ramp, the encoded
     image is histogrammed, and the mean of the histogram is taken. The histogram of an image that holds its own column
-    numbers is the count of moving pixels per column, which is what is summed here; likewise for the rows.
+    numbers is the count of moving pixels per column. This count is summed here, and the count per row.
     """
     columns = cv2.reduce(mask, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel()
     rows = cv2.reduce(mask, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel()
@@ -139,14 +139,14 @@ def brightness_gate(mask: np.ndarray, images: Sequence[np.ndarray], background: 
     """Returns the mask without the moving pixels that are never clearly brighter than the background.
 
     A cast shadow moves with the object and darkens the table: its pixels show either the table or the shadow. A pixel
-    on the object's outline shows the object in one image and what lies behind it in another, so that the brightest of
-    the images decides. This is for objects that are brighter on all sides than the background: a side that no lamp
-    reaches is dropped like a shadow.
+    on the object's outline shows the object in one image and the background in another, so that the brightest image
+    decides. This is for objects that are brighter on all sides than the background: a side that no lamp reaches is
+    dropped like a shadow.
 
     Args:
         mask: the moving pixels, uint8 (h, w).
         images: the images between which they move, each of the mask's shape, in any unit of brightness.
-        background: brightness of what the object moves over, such as the median of the image.
+        background: brightness of the background, such as the median of the image.
     """
     moving = mask > 0
     if not moving.any():

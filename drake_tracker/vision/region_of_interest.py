@@ -63,8 +63,8 @@ def footprint(work_volume: ArrayLike, outline: str) -> np.ndarray:
 
     Args:
         work_volume: lower and upper corner in W, shape (2, 3) [m].
-        outline: "box" for the box itself, "ellipse" for the ellipse inscribed in it: an oval track does not use the
-            corners of a box, and the far corners lie where the arm's links move in the image.
+        outline: "box" for the box itself, "ellipse" for its inscribed ellipse: an oval track does not use the corners
+            of a box, and in the image the arm's links move over the far corners.
 
     Raises DrakeTrackerError on another outline.
     """

@@ -25,7 +25,7 @@ HAND_DISPLACEMENTS = tuple(f"displacement_{side}" for side in SIDES)
 
 
 class SeveralVisionDiagram(Diagram):
-    """From two images to the tracks of all objects, and the point of one of them.
+    """From two images to the tracks of all objects, and the point of the target.
 
     .. pydrake_system::
 

@@ -40,8 +40,8 @@ class TriangulatorSystem(LeafSystem):
     - the rays do not meet, or pass each other at more than ``max_gap``, or
     - it lies outside the work volume by more than ``margin``.
 
-    A valid point has the mean of both stamps. An invalid one has the newer of the two stamps, the gap if the rays meet,
-    and zeros otherwise; it is all zeros while both inputs are.
+    A valid point has the mean of both stamps. An invalid point has the newer of the two stamps, the gap if the rays
+    meet, and zeros otherwise. The output is all zeros while both inputs are all zeros.
 
     Args:
         camera_left: calibrated camera of ``centroid_left``.

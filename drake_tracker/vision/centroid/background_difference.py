@@ -10,10 +10,10 @@ from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
 
 class BackgroundDifferenceDetector(BinaryDetector[BackgroundDifference]):
-    """The `MotionDetector` that finds what a static image of the empty scene does not show.
+    """The `MotionDetector` that finds differences from a static image of the empty scene.
 
-    The stamp is the capture time itself. Any other change shows as well: the paper abandoned the method because of
-    flickering lamps and the vibrations of closing doors.
+    The stamp is the capture time itself. Any other change is detected as well: the paper abandoned the method because
+    of flickering lamps and the vibrations of closing doors.
 
     Args:
         settings: `BackgroundDifference`.

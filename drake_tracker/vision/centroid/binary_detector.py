@@ -1,4 +1,4 @@
-"""What the detectors of the NIST paper share: 8-bit smoothing, a window, and the centroid of a binary image.
+"""The common part of the detectors of the NIST paper: 8-bit smoothing, a window, and the centroid of a binary image.
 
 Source: Nashman and Chaconas, *Three-Dimensional Position Determination from Motion*, 1990, section 4. The three
 detectors differ in the image that they threshold: `FrameDifferenceDetector`, `BackgroundDifferenceDetector`,

@@ -56,7 +56,7 @@ class NormalFlow:
 
 @dataclass(frozen=True)
 class BinaryImage:
-    """What all detectors share that threshold a single binary image."""
+    """Common settings of detectors that threshold a single image."""
 
     smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
     smoothing_sigma: ClassVar[float] = 1.0

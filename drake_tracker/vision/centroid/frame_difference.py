@@ -11,7 +11,7 @@ from drake_tracker.vision.light_gain import light_gain
 
 
 class DifferenceImages(NamedTuple):
-    """What figure 4 of the paper shows, each uint8 (h, w).
+    """The images of figure 4 of the paper, each uint8 (h, w).
 
     Attributes:
         reference: the image that was subtracted, smoothed.
@@ -29,7 +29,7 @@ class DifferenceImages(NamedTuple):
 class FrameDifferenceDetector(BinaryDetector[FrameDifference]):
     """The `MotionDetector` of section 4: smooth, subtract two images, threshold, take the centroid.
 
-    A ball that moved by less than its diameter changes two crescents, in front of it and behind it; a ball that moved
+    A ball that moved by less than its diameter changes two crescents, one in front and one behind; a ball that moved
     farther changes two discs. In both cases the centre of all changed pixels is midway between the two positions of the
     ball, and the stamp is midway between the two captures. A ball is not equally visible all over: light from one side
     shifts the centroid at both positions alike, for a ball of 8 px by about 0.6 px ("hull") or 0.8 px ("mean").

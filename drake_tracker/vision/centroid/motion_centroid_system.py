@@ -62,11 +62,12 @@ class MotionCentroidSystem(LeafSystem):
     ``color_image`` is an `ImageRgba8U`, or with ``grey`` an `ImageGrey8U`, read every ``period`` at ``offset`` in an
     unrestricted update. It may show only a rectangle of the full frame.
 
-    ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed from the
-    newest image, while its stamp is that of the image it describes. It is all zeros until enough images are buffered;
-    from then on the stamp is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract
-    `DetectionMask` of the same instant. ``motion_images`` holds what the detector's ``images`` returns for the images
-    used (for normal flow a `MotionImages`), or None before there are enough; it costs nothing unless it is read.
+    ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed with the
+    newest image, but its stamp is the capture time of the described image. It is all zeros until enough images are
+    buffered; from then on the stamp is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an
+    abstract `DetectionMask` of the same instant. ``motion_images`` holds the result of the detector's ``images`` for
+    the images used (for normal flow a `MotionImages`), or None before there are enough images. The port costs nothing
+    unless it is read.
 
     With ``update_cycles`` above 1 a new centroid is computed only every so many cycles (Nashman and Chaconas 1990: an
     update rate of 66.8 ms, 4 cycles); the outputs hold their values in between, and images that no centroid needs are
@@ -75,8 +76,8 @@ class MotionCentroidSystem(LeafSystem):
     With ``own_stamps`` there is one more input, ``frame``, a `FrameInfo` vector: for a camera that drops images or
     captures them a little early or late. In a cycle without a fresh image nothing is put into the buffer, and every
     centroid that would need that image is invalid: using the previous image twice would look as if everything had
-    stopped. The other centroids are valid, since their images have the usual spacing. The stamp is then that of the
-    image described, interpolated between the stamps of the images used, instead of the cycle's.
+    stopped. The other centroids are valid, since their images have the usual spacing. The stamp is then the capture
+    time of the described image, interpolated between the stamps of the images used, instead of the time of the cycle.
 
     Args:
         detector: `MotionDetector`.
@@ -88,8 +89,8 @@ class MotionCentroidSystem(LeafSystem):
         own_stamps: whether there is the input ``frame``.
         grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
-        reduce_by: whole factor by which the images are reduced before anything else, see `reduced`. Window and pixel of
-            the detector are those of the reduced image; all outputs but masks are in pixels of the full one.
+        reduce_by: whole factor by which the images are reduced before anything else, see `reduced`. Window and pixels
+            of the detector refer to the reduced image; all outputs but masks are in pixels of the full image.
         found: what a derived System remembers at the start, see `find`.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
@@ -179,7 +180,7 @@ class MotionCentroidSystem(LeafSystem):
     def find(
         self, found: Any, stamp: float, track: Track, images: tuple[np.ndarray, ...]
     ) -> tuple[Any, np.ndarray, RegionCentroid | None]:
-        """Finds what moves. A derived System may do it in another way.
+        """Finds the motion. A derived System may do it in another way.
 
         Args:
             found: what the System remembers of the cycle before.
@@ -187,7 +188,7 @@ class MotionCentroidSystem(LeafSystem):
             track: what `SearchWindow` remembers.
             images: the smoothed images that the detector needs.
 
-        Returns (what to remember, mask of the motion, centroid in pixels of the image or None).
+        Returns (new memory, mask of the motion, centroid in pixels of the image or None).
         """
         mask = self._detector.mask(*images)
         if self._follow is not None:
@@ -195,7 +196,7 @@ class MotionCentroidSystem(LeafSystem):
         return found, mask, self._detector.centroid(mask)
 
     def _described_stamp(self, stamps: tuple[float, ...]) -> float:
-        """Returns the stamp [s] of the image described, interpolated between those of the images used."""
+        """Returns the stamp [s] of the described image, interpolated between the stamps of the images used."""
         used = stamps[:: self._detector.stride]
         position = (len(stamps) - 1 - self._detector.stamp_age_cycles) / self._detector.stride
         return float(np.interp(position, np.arange(len(used)), used))
@@ -340,7 +341,7 @@ def add_motion_centroid(
 
 
 def _free_name(builder: DiagramBuilder, name: str) -> str:
-    """Returns the name, or with a number the first one that no System of the diagram has."""
+    """Returns the name, with a number if a System of the diagram already has the name."""
     number, free = 1, name
     while builder.HasSubsystemNamed(free):
         number += 1

@@ -8,7 +8,7 @@ from drake_tracker.vision.region_centroid import RegionCentroid
 
 
 class MotionDetector(Protocol):
-    """Finds what moves in the images of one camera.
+    """Finds motion in the images of one camera.
 
     A detector holds no image. Once per cycle the caller smooths the newest image and keeps the last `buffer_length`
     smoothed images; every ``stride``-th of them, oldest first, is what `mask` and `images` are called with. All state

@@ -32,7 +32,7 @@ MAD_TO_SIGMA = 1.4826
 
 
 class MotionImages(NamedTuple):
-    """What figures 4 and 5 of the paper show, each of shape (h, w).
+    """The images of figures 4 and 5 of the paper, each of shape (h, w).
 
     Attributes:
         smoothed: I1 [grey].

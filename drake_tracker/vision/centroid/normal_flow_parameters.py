@@ -40,7 +40,7 @@ PRESETS = {"scaled": _SCALED, "paper_literal": _PAPER, "paper_interlaced": _PAPE
 """{preset: values of the parameters that `NormalFlow` leaves empty}.
 
 ``paper_literal`` and ``paper_interlaced`` take the paper at its word, 10 px per 60 ms and no other guard, on
-consecutive images and on every other image. The paper's centroid is the ``mean``, which is a setting of its own.
+consecutive images and on every other image. The paper's centroid is the ``mean``, which is a separate setting.
 """
 
 
@@ -108,10 +108,10 @@ class NormalFlowParameters:
     def smallest_visible_speed(self, contrast: float = 200.0) -> float:
         """Returns the least image speed [px/s] at which an edge yields any moving pixel; infinity when none does.
 
-        The edge is straight, along a row or a column of pixels, and moves perpendicular to itself. It passes the
-        threshold on its flanks before it does at its centre: there the gradient has faded while the difference has not,
-        so that the least speed can be well below the threshold itself. Below the returned speed such an edge yields no
-        moving pixel, and neither does a softer one.
+        The edge is straight, along a row or a column of pixels, and moves perpendicular to itself. Its flanks pass the
+        threshold before its centre: at the flanks the gradient has faded while the difference has not, so that the
+        least speed can be well below the threshold itself. Below the returned speed, neither this edge nor a softer
+        edge yields a moving pixel.
 
         Args:
             contrast: step of brightness across the edge [grey].

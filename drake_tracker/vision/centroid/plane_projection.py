@@ -1,7 +1,7 @@
 """From one centroid to a point: the ray through a pixel meets the plane in which the ball's centre rolls.
 
-Source: Nashman and Chaconas 1990, section 5. The equation (2) printed there repeats line (1) and does not describe a
-plane; solved here is what its sentence says: z is half the diameter of the ball.
+Source: Nashman and Chaconas 1990, section 5. The printed equation (2) repeats the line (1) and does not describe a
+plane. This module solves the plane of the sentence before: z is half the diameter of the ball.
 """
 
 from collections.abc import Sequence
@@ -138,10 +138,10 @@ class EveryPoint:
 class PlausiblePoints:
     """The `PointFilter` of a ball that rolls down a board: rejects outliers (section 5, last paragraph).
 
-    A point beyond the board's boundaries is rejected, and so is one farther from the last point than a ball can roll in
-    the time between: no ball that was at rest somewhere on the board is faster than one that slides from its upper edge
-    without friction. When ``restart_after`` points in a row are out of reach, the last accepted point may have been
-    wrong, and the next one is accepted as a new start.
+    A point beyond the board's boundaries is rejected, and so is a point farther from the last point than a ball can
+    roll in the time between. The limit is the speed of a ball that slides from the upper edge without friction. When
+    ``restart_after`` points in a row are out of reach, the last accepted point may have been wrong, and the next one is
+    accepted as a new start.
 
     Attributes:
         width: of the board's face [m].

@@ -126,7 +126,7 @@ def add_plane_projector(
         height: of the moving centroid above the plane [m].
         plausible: `PointFilter` that rejects outliers.
         period: of the update [s].
-        offset: of the update [s]; after that of the centroid, before that of the estimator.
+        offset: of the update [s]; after the update of the centroid, before the update of the estimator.
         name: of the System.
     """
     X_WP = (X_WP or RigidTransform()).GetAsMatrix4()
@@ -151,7 +151,7 @@ class PixelPointSystem(LeafSystem):
 
     A `Localiser` for one camera that is not calibrated. ``centroid`` is a `Centroid` vector [px], and ``point`` a
     `TrackPoint` vector with x = u, y = v and z = 0 [px], the same stamp and no gap. When the centroid is invalid, so is
-    the point, with zeros beside its stamp. There is no state: ``point`` is that of the present ``centroid``.
+    the point, with zeros beside its stamp. There is no state: ``point`` belongs to the present ``centroid``.
     """
 
     def __init__(self) -> None:

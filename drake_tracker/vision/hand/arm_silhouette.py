@@ -18,7 +18,7 @@ NEAREST = 0.05
 _SHIFT = 4
 """Fractional bits of the outlines' corners when they are filled."""
 _POINTS_PER_SIDE = 9
-"""Points on each side of the window that say what part of the scene it shows, as a lens bends its sides."""
+"""Points on each side of the window that outline the visible part of the scene, because a lens bends the sides."""
 _WIDTH_STEP = 0.001
 """Step of the jaws' opening in which silhouettes are drawn [m]: less than a pixel."""
 _MARGIN = 2
@@ -28,8 +28,8 @@ _MARGIN = 2
 class ArmSilhouette:
     """Draws convex pieces as a camera sees them through a window of its image.
 
-    What lies behind a piece is not distinguished from what lies before it: the object is masked as well where the arm
-    is behind it. Shadows of the arm are not part of the silhouette.
+    Depth is ignored: an object in front of the arm is masked as well. Shadows of the arm are not part of the
+    silhouette.
 
     Args:
         camera: calibrated camera.
@@ -119,8 +119,8 @@ class ArmSilhouette:
     def _pixels(self, xy: np.ndarray) -> np.ndarray:
         """Returns the pixels (2, n) of normalised image coordinates (2, n), from the first pixel of the grown mask on.
 
-        The lens is applied within the window only. What is outside of it has the displacement of the nearest point of
-        the window, as a model of distortion is not valid far outside the image.
+        The lens is applied within the window only. Points outside of the window have the displacement of the nearest
+        point of the window, because a model of distortion is not valid far outside the image.
         """
         within = np.minimum(np.maximum(xy, self._lower), self._upper)
         uv = np.stack(self._camera.pixels(*within))
@@ -155,7 +155,7 @@ class HandView:
     Silhouettes are kept once they are drawn. They depend on the opening of the jaws alone.
 
     Args:
-        camera: calibrated camera whose world frame is that of the tool: its ``X_CW`` is X_CT.
+        camera: calibrated camera with the tool frame as its world frame: its ``X_CW`` is X_CT.
         model: kinematics of the arm.
         shape: of the arm and its hand.
     """

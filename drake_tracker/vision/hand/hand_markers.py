@@ -1,9 +1,9 @@
 """Finds the markers on the fingers of the robot's own hand in images, near the place that the joint angles predict.
 
-A marker is a drum of three bands round a finger. On the left finger a white band lies between two black ones, on the
-right finger a black band between two white ones. A camera sees the same bands from every side. The image is compared
-with their shape alone: the mean of the pixels that must be white minus the mean of those that must be black. The light
-changes this contrast, but hardly the place where it is largest.
+A marker is a drum of three bands round a finger. On the left finger a white band lies between two black bands, on the
+right finger a black band between two white bands. A camera sees the same bands from every side. The image is compared
+with the shape of the bands only: the mean of the pixels that must be white minus the mean of the pixels that must be
+black. The light changes this contrast, but hardly the place where it is largest.
 
 The search is for one displacement of both markers from their predicted places. Since the two have opposite bands, a
 marker at the place of the other one counts against it.
@@ -238,7 +238,7 @@ def triangulate_hand(
     height: float,
     max_gap: float,
 ) -> HandPointFound | None:
-    """Returns the tool point as two cameras see it, or None when one of them does not, or when they disagree.
+    """Returns the tool point by two cameras, or None when a camera does not see it, or when the cameras disagree.
 
     A wrong calibration displaces all pixels of an image almost alike, but a point in space by an amount that depends on
     its height, since rays to a high point are flatter. The displacements of the markers in the images are therefore

@@ -1,4 +1,4 @@
-"""What a camera on the hand is told about an object, and what it measures of it."""
+"""Input and output of a camera on the hand: the expected object, and its measurement."""
 
 import math
 from enum import IntEnum
@@ -40,7 +40,7 @@ class Expectation(NamedTuple):
 
 
 class FixedPoint(NamedTuple):
-    """What the fixed cameras measured at the same stamp.
+    """Measurement of the fixed cameras at the same stamp.
 
     Attributes:
         p_WQ: shape (3,) [m].
@@ -54,7 +54,7 @@ class FixedPoint(NamedTuple):
 
 
 class WristMeasurement(NamedTuple):
-    """What one image of the camera on the hand says.
+    """Result of one image of the camera on the hand.
 
     Attributes:
         reason: `WristReason.VALID`, or why there is no measurement.
@@ -80,7 +80,7 @@ def nothing(reason: WristReason, correlation: float = 0.0) -> WristMeasurement:
 
 
 def disagree(p_WQ: np.ndarray, covariance: np.ndarray, fixed: FixedPoint) -> bool:
-    """Returns whether a measurement contradicts that of the fixed cameras, horizontally."""
+    """Returns whether a measurement contradicts the measurement of the fixed cameras, horizontally."""
     difference = p_WQ[:2] - fixed.p_WQ[:2]
     distance = float(np.hypot(*difference))
     if distance <= DRIFT_FLOOR:

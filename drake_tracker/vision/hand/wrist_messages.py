@@ -1,4 +1,5 @@
-"""The messages around a camera on the hand: from packet and tracks to what it needs, and back to tracks and points."""
+"""The messages around a camera on the hand: from packet and tracks to its input, and from its output to tracks and
+points."""
 
 from collections.abc import Sequence
 
@@ -51,7 +52,7 @@ def track_row(tracks: np.ndarray, number: int) -> np.ndarray | None:
 
 
 def fixed_point(row: np.ndarray, stamp: float) -> FixedPoint | None:
-    """Returns what the fixed cameras measured of a track, None if they did not see it at a stamp [s].
+    """Returns the measurement of a track by the fixed cameras, None if they did not see it at a stamp [s].
 
     Args:
         row: the track, with the fields `TRACK_FIELDS`.

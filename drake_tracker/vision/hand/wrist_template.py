@@ -1,4 +1,4 @@
-"""What an object looks like from above, learned from the images of a camera on the hand.
+"""The appearance of an object from above, learned from the images of a camera on the hand.
 
 The appearance belongs to the object's own frame, in which it does not depend on the height of the hand.
 """
@@ -27,7 +27,7 @@ anew."""
 
 @dataclass(frozen=True, eq=False)
 class WristTemplate(FrozenState):
-    """What is known of the object, in its own frame: x along its direction of travel, y to its left.
+    """The learned object, in its own frame: x along its direction of travel, y to its left.
 
     Attributes:
         grey: template, float32 (h, w) [grey levels]; a cell is `CELL` wide, rows run along y, columns along x.
@@ -147,7 +147,7 @@ class WristTemplateLearner:
 
 
 def missed(appearance: WristTemplate, fixed: FixedPoint | None) -> WristTemplate | None:
-    """Returns what is known after an image in which the template was not found, None if it must be learned anew.
+    """Returns the state after an image in which the template was not found, None if the template must be learned anew.
 
     Args:
         appearance: what was known before.

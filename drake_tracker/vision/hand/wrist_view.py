@@ -1,8 +1,8 @@
 """Locates an object in the images of a camera on the hand: an appearance learned in hover is found again until contact.
 
 The image is rectified on the horizontal plane of the object's top, in a frame that moves and turns with the predicted
-object. There the object keeps its size and its direction, whatever the height of the hand. What it looks like there is
-learned while the fixed cameras see it, and found again by masked normalised correlation.
+object. There the object keeps its size and its direction, whatever the height of the hand. Its appearance is learned
+while the fixed cameras see it, and found again by masked normalised correlation.
 """
 
 import math
@@ -37,7 +37,7 @@ REACH_ALONG, REACH_ACROSS = 0.024, 0.016
 TURN = math.radians(4.0)
 """Step of the search for the object's direction relative to the predicted one [rad]."""
 LARGEST_TURN = math.radians(16.0)
-"""Largest angle between the object's direction and the predicted one that is searched [rad]."""
+"""Largest searched angle between the object's direction and the predicted direction [rad]."""
 LEAST_CORRELATION = 0.6
 """Correlation of an image with the template below which the object does not count as found."""
 DARKEST = 10.0
@@ -67,7 +67,7 @@ class Match(NamedTuple):
 
 
 class WristView:
-    """Learns what an object looks like from the hand, and finds it again. All memory is with the caller.
+    """Learns the appearance of an object from the hand, and finds the object again. All memory is with the caller.
 
     Args:
         table_height: height of the table's top in W [m].
@@ -86,7 +86,7 @@ class WristView:
         expected: Expectation,
         fixed: FixedPoint | None,
     ) -> tuple[WristTemplate | None, WristMeasurement]:
-        """Returns what is known of the object after an image, and where the object is.
+        """Returns the learned object after an image, and the place of the object.
 
         Args:
             appearance: what was known before, None for nothing.

@@ -11,7 +11,7 @@ from drake_tracker.vision.hand.wrist_view_system import WristViewSystem
 
 
 class WristParts(NamedTuple):
-    """What a camera on the hand needs.
+    """The inputs of a camera on the hand.
 
     Attributes:
         view: finds the object in its images.
@@ -47,7 +47,7 @@ def add_wrist_view(
         time_step: the plant's step [s].
         shares_arm: whether the vision has the inputs ``arm_state`` and ``jaws`` already.
 
-    Returns {name: output port} of the outputs that it adds to those of the tracker, or that take their place.
+    Returns {name: output port} of the outputs that are added to the outputs of the tracker, or replace them.
     """
     system = builder.AddNamedSystem(
         "wrist_view",

@@ -1,4 +1,5 @@
-"""The camera on the hand as a Drake System: its measurement of the target, fused with that of the fixed cameras."""
+"""The camera on the hand as a Drake System: its measurement of the target, fused with the measurement of the fixed
+cameras."""
 
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ class Shot(FrozenState):
 
 @dataclass(frozen=True, eq=False)
 class WristLines(FrozenState):
-    """What is held back until the lag has passed, oldest first.
+    """Outputs that are held back until the lag has passed, oldest first.
 
     Attributes:
         hands: joints and opening of the jaws of each cycle, shape (n + 1,) [rad, m].
@@ -72,7 +73,8 @@ class WristMemory(FrozenState):
 
 
 class WristViewSystem(LeafSystem):
-    """Finds the target in the images of a camera on the hand, and adds this measurement to those of the fixed cameras.
+    """Finds the target in the images of a camera on the hand, and fuses this measurement with the measurements of the
+    fixed cameras.
 
     .. pydrake_system::
 
@@ -95,8 +97,8 @@ class WristViewSystem(LeafSystem):
     packet of the host; they are read every ``period`` at ``offset``, when the lag of the image has passed. Unconnected,
     ``prediction`` means that nothing is predicted, and nothing is measured.
 
-    The outputs ``tracks`` and ``point`` are those of the fixed cameras, with the fused position and covariance of the
-    target where the camera on the hand measures it. ``wrist`` is a `WristPoint`. All depend on the state alone.
+    The outputs ``tracks`` and ``point`` come from the fixed cameras, with the fused position and covariance of the
+    target when the camera on the hand measures it. ``wrist`` is a `WristPoint`. All depend on the state alone.
 
     Args:
         view: the arithmetic.

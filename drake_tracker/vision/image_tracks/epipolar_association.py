@@ -25,12 +25,12 @@ GREY_WEIGHT = 1.0 / 200.0
 
 @dataclass(frozen=True, eq=False)
 class TrackLink(FrozenState):
-    """What is known of a track of the left camera and one of the right.
+    """The evidence that a track of the left camera and a track of the right camera show one object.
 
     Attributes:
         hits: number of pairs of images in which both were seen.
         error: mean square of the gap between the two rays, as a share of the largest gap.
-        unlike: mean difference of what they look like, see `link_cost`.
+        unlike: mean difference of appearance, see `link_cost`.
         sizes: logarithm of the ratio of its newest sizes [m] as the two images show them, left to right.
         p_WQ: newest point between the rays, shape (3,) [m].
         gap: newest gap [m], infinite where the rays do not meet.
@@ -85,7 +85,7 @@ def find_links(
 
 
 def link_cost(link: TrackLink) -> float:
-    """Returns how much speaks against one object: gaps, and differences of size and brightness; near 0 for the same."""
+    """Returns the evidence against one object: gaps, and differences of size and brightness; near 0 for one object."""
     return math.sqrt(link.error) + link.unlike
 
 

@@ -26,7 +26,7 @@ TILES = (32, 24)
 TILE_SHARE = 0.12
 """See there."""
 STEP = 4
-"""Pixels from one of those that `shift_estimate` uses to the next, along each axis."""
+"""Spacing of the pixels that `shift_estimate` uses, along each axis."""
 SAMPLES = 1024
 """Number of those pixels from which their usual change is taken."""
 STILL = 0.1
@@ -100,8 +100,8 @@ def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
 def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[GlobalImageMotion] | None:
     """Returns the motion of the scene from one image to others, None when no common motion is found.
 
-    Corners are followed with the pyramidal method of Lucas and Kanade (Bouguet 2000); a similarity transform is fitted
-    to most of them (RANSAC), so that objects that move on their own do not count.
+    Corners are followed with the pyramidal method of Lucas and Kanade (Bouguet 2000). A similarity transform is fitted
+    to most corners (RANSAC), so that moving objects do not count.
 
     Args:
         reference: grey uint8 (h, w).

@@ -1,4 +1,4 @@
-"""What is known of the objects in the images of one camera, and how many others may be taken for them."""
+"""State of the objects in the images of one camera, and the number of rivals."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
 from drake_tracker.vision.image_tracks.track_2d import Track2D
 
 RIVAL_SHARE = 0.5
-"""A moving object of this share of the size of the one followed is a rival."""
+"""A moving object of at least this share of the size of the followed object is a rival."""
 
 
 @dataclass(frozen=True, eq=False)
 class ImageObjects(FrozenState):
-    """What is known of the objects in the images of a camera.
+    """State of the objects in the images of a camera.
 
     Attributes:
         tracks: all tracks.

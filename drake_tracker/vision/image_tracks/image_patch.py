@@ -13,9 +13,9 @@ from drake_tracker.vision.subpixel_peak import peak_offset
 LARGEST_PATCH = 96
 """Longer side above which a patch is used at lower resolution [px]."""
 SAME = 0.7
-"""Least correlation of a patch with what the image shows, for the object to be there."""
+"""Least correlation of a patch with the image at which the object counts as found."""
 SURE = 0.8
-"""The same among other objects, or where something moves."""
+"""The same near other objects or motion."""
 SCENES, SCENE_STEP = 4, 0.5
 """Number of earlier images that are kept of each object, and the share of its size by which it moves between them."""
 ALSO_BEFORE = 0.1
@@ -23,7 +23,7 @@ ALSO_BEFORE = 0.1
 
 
 class Scene(NamedTuple):
-    """An earlier image, and where the object was in it.
+    """An earlier image, and the place of the object in it.
 
     Attributes:
         image: grey uint8 (h, w).
@@ -36,7 +36,7 @@ class Scene(NamedTuple):
     v: float
 
     def distance(self, u: float, v: float) -> float:
-        """Returns the distance of the object from a pixel, the larger one of columns and rows [px]."""
+        """Returns the distance of the object from a pixel: the larger of the distances in columns and in rows [px]."""
         return max(abs(self.u - u), abs(self.v - v))
 
 
@@ -56,7 +56,7 @@ def find_patch(
         centre: place of the object's centroid in it (2,) [px].
         place: where the object is expected (2,) [px].
         image: grey uint8 (h, w).
-        reach: distance from there that is searched [px].
+        reach: search radius around this place [px].
     """
     h, w = patch.shape
     factor = max(1.0, max(h, w) / LARGEST_PATCH)
@@ -78,7 +78,7 @@ def find_patch(
 
 
 def is_scene(patch: np.ndarray, centre: np.ndarray, found: tuple[float, float, float], scenes: Sequence[Scene]) -> bool:
-    """Returns whether a patch was found in the scene behind the object, which looked the same before it came there.
+    """Returns whether a patch was found in the scene behind the object, which looked alike before the object arrived.
 
     Args:
         patch: see `find_patch`.

@@ -10,15 +10,16 @@ import numpy as np
 from drake_tracker.vision.region_centroid import MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE, row_ends
 
 MOST_REGIONS = 40
-"""Only so many regions of an image are used, the largest ones."""
+"""Largest number of regions of an image that are used; the largest regions count."""
 
 
 LEAST_CHANGE, CHANGE_NOISE = 10.0, 8.0
-"""Least change between two images that shows an object [grey levels], and the same in medians of all changes."""
+"""Least change between two images that shows an object, in grey levels and in medians of all changes."""
 MIDWAY = 0.5
 """A fast object is this share of its size or less away from the middle of the two places where it appears."""
 BOTH_PLACES = (1.4, 2.8)
-"""Moving pixels of a region that shows both of these places and not the object, as multiples of the object's own."""
+"""Moving pixels of a region that shows both places of an object but not the object itself, in multiples of the object's
+own pixels."""
 
 
 class ImageRegion(NamedTuple):
@@ -33,7 +34,7 @@ class ImageRegion(NamedTuple):
         width: number of columns [px].
         height: number of rows [px].
         exact: whether it shows the object where it is, without where it was in the image before and will be.
-        inner: the only exact region inside of it, if there is one.
+        inner: the only exact region inside, if there is exactly one.
     """
 
     u: float
@@ -64,7 +65,8 @@ class ImageRegion(NamedTuple):
 
 
 def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns where the middle one of three images differs from both others: uint8 (h, w), 255 there.
+    """Returns the pixels at which the middle of three images differs from both others: uint8 (h, w), 255 at these
+    pixels.
 
     Args:
         images: grey uint8 (h, w), oldest first.
@@ -77,12 +79,12 @@ def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> list[ImageRegion]:
-    """Returns the regions, largest first, with those where fast objects are, in place of where they were and will be,
-    or inside of them.
+    """Returns the regions, largest first. Exact regions of fast objects replace the regions of their earlier and later
+    places, or lie inside of them.
 
     An object that moves by more than its size between images appears twice in their difference, where it was and where
-    it will be, and not where it is. Where it turns back, these two places are on the same side of it, and may be one
-    region or cancel each other.
+    it will be, and not where it is. If the object turns back, both places are on the same side of the object, and may
+    form one region or cancel each other.
 
     Args:
         regions: of the difference of the images before and after.
@@ -111,7 +113,7 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
 
 
 def _shows_both_places(region: ImageRegion, thing: ImageRegion, now: Sequence[ImageRegion]) -> bool:
-    """Returns whether a region shows where an object was and where it will be, on the same side of where it is.
+    """Returns whether a region shows the earlier and the later place of an object, both on the same side of the object.
 
     Args:
         region: without an exact region in it.
@@ -125,7 +127,7 @@ def _shows_both_places(region: ImageRegion, thing: ImageRegion, now: Sequence[Im
 
 
 def _with_inner(region: ImageRegion, now: Sequence[ImageRegion]) -> ImageRegion:
-    """Returns a region with the exact region in it, unless there are several or none."""
+    """Returns a region with its exact region, if there is exactly one."""
     inside = [each for each in now if region.distance(each.u, each.v) == 0.0]
     return region if len(inside) != 1 else region._replace(inner=inside[0]._replace(exact=True))
 

@@ -1,4 +1,4 @@
-"""Tracks the objects that move in the images of one camera, and says which of them is the one to follow.
+"""Tracks the objects that move in the images of one camera, and selects the object to follow.
 
 Needs no calibration: `vision/silhouettes/tracker.py` tracks objects in space with two calibrated cameras.
 """
@@ -47,7 +47,7 @@ from drake_tracker.vision.region_centroid import RegionCentroid
 COAST_TIME = 1.0
 """Time after which an object that is not seen is lost [s]."""
 MERGED_TIME = 2.5
-"""The same for an object that is expected in a region with others, which may hide it for longer [s]."""
+"""The same for an object in a merged region, which other objects may occlude for longer [s]."""
 ALERT_IMAGES = 30
 """Images for which the motion of the camera is looked for after it has moved."""
 UNLIKE_IMAGES = 15
@@ -55,9 +55,9 @@ UNLIKE_IMAGES = 15
 CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
 KNOWN = 2.0
-"""A region belongs to a confirmed object rather than to one that may be none; other costs are of the order of 1."""
+"""Assignment bonus of a confirmed object over a candidate; other costs are of the order of 1."""
 LEFT = 1.0
-"""Cost of a region without an exact one for a new object that an exact one showed last: it may have left that place."""
+"""Assignment cost added when a new object, last seen as an exact region, is matched to an inexact region."""
 _FORBIDDEN = 1e6
 
 
@@ -141,7 +141,7 @@ class ImageTracker:
         return aligned, detector.mask(*aligned), max(shift.displacement for shift in shifts), ALERT_IMAGES
 
     def _within(self, mask: np.ndarray, displacement: float) -> np.ndarray:
-        """Returns a mask without what lies outside of the window, or at a border that not all images show."""
+        """Returns a mask cleared outside of the window, and at borders that not all images show."""
         if displacement > 0.0:
             mask = clear_border(mask, displacement)
         return mask if self.window is None else cv2.bitwise_and(mask, self.window)
@@ -155,7 +155,7 @@ class ImageTracker:
         displacement: float,
         reach: float,
     ) -> tuple[list[Track2D], list[ImageRegion]]:
-        """Returns (tracks after the regions of an image, regions that belong to none of them)."""
+        """Returns (tracks after the assignment of the regions of an image, regions without a track)."""
         before = {track.number: track for track in objects.tracks}
         gates = []
         for track in tracks:
@@ -205,7 +205,7 @@ class ImageTracker:
 
     @staticmethod
     def _one_each(j: int, inside: list[int], pairs: dict[int, int]) -> bool:
-        """Returns whether all other tracks inside a region have a region of their own."""
+        """Returns whether each other track inside a region has a separate region."""
         return sum(pairs.get(i, j) == j for i in inside) <= 1
 
     def _choose(self, objects: ImageObjects, image: np.ndarray, stamp: float) -> ImageObjects:
@@ -262,7 +262,8 @@ class ImageTracker:
         return max(confirmed, key=lambda track: track.pixel_count, default=None)
 
     def _centroid(self, objects: ImageObjects, regions: list[ImageRegion]) -> RegionCentroid | None:
-        """Returns the centroid of the first target, before one is confirmed that of the largest region."""
+        """Returns the centroid of the first target; before a target is confirmed, the centroid of the largest
+        region."""
         if objects.targets[0] == 0 and self.follow is None:
             return RegionCentroid(*regions[0][:3]) if regions else None
         track = objects.target()

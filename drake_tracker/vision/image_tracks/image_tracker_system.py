@@ -31,8 +31,8 @@ class ImageTrackerSystem(MotionCentroidSystem):
         - motion_images
         - tracks
 
-    The ports are those of `MotionCentroidSystem`; ``centroid`` is that of the first target. ``tracks`` is an
-    `ImageTracks` of the same instant, in pixels of the full image.
+    The ports are the ports of `MotionCentroidSystem`; ``centroid`` is the centroid of the first target. ``tracks`` is
+    an `ImageTracks` of the same instant, in pixels of the full image.
 
     Args:
         detector: `MotionDetector`.
@@ -75,12 +75,12 @@ class ImageTargetsSystem(LeafSystem):
         - centroid_2
 
     ``tracks`` is the `ImageTracks` of an `ImageTrackerSystem`. It is read every ``period`` at ``offset`` in an
-    unrestricted update. At the instants at which that System is updated too, it is that of the cycle before: the
-    outputs are then as late as those of the shortest delay line.
+    unrestricted update. At the instants at which that System is updated too, its output of the previous cycle is read:
+    the outputs are then as late as with the shortest delay line.
 
     ``number_1`` is the identity of the first object, 0 without one. There are ``number_2`` and ``centroid_2`` for the
     second object, and so on: ``centroid_2`` is its `Centroid` [px], invalid while the image does not show it. The
-    centroid of the first object is that of the `ImageTrackerSystem`. All are zeros before the first image.
+    `ImageTrackerSystem` outputs the centroid of the first object. All are zeros before the first image.
 
     Args:
         objects: number of objects to report.

@@ -1,7 +1,7 @@
 """Where an object is expected in space: a Kalman filter of its position and velocity that takes one ray or two.
 
-The ray of one camera fixes the object across that ray. An object that the other camera does not show for a while is
-therefore expected at the right place when it appears there again, but for its distance from the first camera.
+The ray of one camera fixes the object across that ray. If the other camera loses an object for a while, the object is
+therefore expected at the right place when it reappears, except for its distance from the first camera.
 """
 
 import math
@@ -62,7 +62,7 @@ def start_motion(p_WQ: np.ndarray, size: float, stamp: float) -> ObjectMotion:
 
 
 def predict_motion(motion: ObjectMotion, stamp: float) -> ObjectMotion:
-    """Returns a motion at a later time [s]: the velocity changes as that of a `Track2D` does."""
+    """Returns a motion at a later time [s]: the velocity changes as in a `Track2D`."""
     dt, speed = max(stamp - motion.stamp, 0.0), float(np.linalg.norm(motion.mean[3:]))
     mean, covariance = constant_velocity(motion.mean, motion.covariance, dt, speed, motion.size)
     return replace(motion, stamp=stamp, mean=mean, covariance=covariance)

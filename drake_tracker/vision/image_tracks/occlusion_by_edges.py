@@ -1,4 +1,4 @@
-"""Whether an image shows only a part of an object that moves: the centroid of a part is not that of the object.
+"""Detects that an image shows only a part of a moving object: the centroid of a part is not the centroid of the object.
 
 Where something hides an object, or the border of the image cuts it, an edge of its region stands still while the
 opposite one moves on with the object. An edge that moves much farther than the object says nothing: where an object
@@ -17,11 +17,11 @@ from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.track_2d import SURE_SIZE, Track2D
 
 LEAST_STEP = 6.0
-"""Motion of an edge from which on it is compared with the opposite one [px]."""
+"""Least motion of an edge for a comparison with the opposite edge [px]."""
 STILL_SHARE = 0.25
 """An edge stands still when it moves by less than this share of the motion of the opposite one."""
 CARRIED_SHARE = 0.25
-"""Least motion of the object, as a share of that of the edge that moves; half where its place is the middle of the
+"""Least motion of the object, as a share of the motion of the moving edge; half of it if the place is the middle of the
 visible part."""
 LONGEST = 1.5
 """Time over which the motion of edges is compared [s]."""

@@ -1,4 +1,5 @@
-"""Whether a track and what an image shows are the same object: without a region, hidden, or seen again."""
+"""Re-identification: whether a track and the content of an image are the same object, which may have no region, be
+occluded, or be seen again."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +17,7 @@ CONFIRM_AFTER = 4
 MERGED_REACH = 0.3
 """Among other objects, an object's patch is looked for within this share of its size."""
 TOGETHER, TOGETHER_TIME = 0.25, 0.2
-"""Two tracks closer than this share of their size, which stay so for this time [s], show the same object."""
+"""Two tracks that stay closer than this share of their size for this time [s] show the same object."""
 COMPANY = 1.5
 """Objects are near each other up to this distance, as a share of the sum of their sizes."""
 FAST = 0.2
@@ -26,9 +27,9 @@ STOOD = 0.25
 
 
 def without_region(track: Track2D, image: np.ndarray, gate: float, inside: bool) -> Track2D:
-    """Returns a predicted track that has no region of its own: its object stands, or is merged with another.
+    """Returns a predicted track without a separate region: its object stands, or is merged with another object.
 
-    One that is merged may be hidden by the other, and is then expected to go on as before.
+    A merged object may be occluded by the other object, and is then expected to move on as before.
 
     Args:
         track: predicted for the time of the image.
@@ -73,7 +74,7 @@ def found_again(hidden: Track2D, free: Sequence[Track2D], early: float) -> Track
 
 
 def without_doubles(before: Sequence[Track2D], after: Sequence[Track2D], targets: Sequence[int]) -> list[Track2D]:
-    """Returns tracks without those of an object that has another one.
+    """Returns the tracks without duplicates of one object.
 
     This is so if it was found again and they began while it was hidden, or if they move along with it at its place.
 
@@ -129,8 +130,8 @@ def is_leap(hidden: Track2D, found: Track2D) -> bool:
 def is_same_object(old: Track2D, track: Track2D) -> bool:
     """Returns whether a new track shows an object that was lost: by its size, and by its patch.
 
-    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts, its
-    own or that of the exact region inside of its last one.
+    The patch of an object that was lost before its confirmation may show the scene. Then only the size counts: the size
+    of the object, or of the exact region inside of its last region.
     """
     areas = [old.area]
     if old.hits < CONFIRM_AFTER and old.region is not None and old.region.inner is not None:

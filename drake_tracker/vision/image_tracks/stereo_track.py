@@ -37,7 +37,7 @@ class StereoTrack(FrozenState):
         met: stamp of that point [s], before the first one minus infinity; ``p_WQ`` is then between two rays.
         gap: between its two rays in the newest images [m], 0 where they do not meet.
         usual: mean square of the gaps of its points, as a share of the largest gap.
-        hidden: whether the left and the right image hide it, or a part of it.
+        hidden: whether the object is occluded, at least in part, in the left and in the right image.
         followed: stamps [s] of the newest left and right image whose ray its motion has taken.
         doubt: how unlikely it was that the tracks seen again since its newest point still showed it, 0 at best.
         again: whether the images before could give its first point after a while.
@@ -75,12 +75,13 @@ def measure_pair(
     max_gap: float,
     stamp: float,
 ) -> StereoTrack:
-    """Returns a pair with its point, if both images show all of it and the gap is not unusually large.
+    """Returns a pair with its point, if both images show the whole object and the gap is not unusually large.
 
     An object that stands in one image and moves in the other is hidden where it stands, which is where it was seen
-    last. One that appears much smaller in one image than in the other is hidden there. Where one image alone shows all
-    of an object, it is followed along the ray of that image. After a while without a point, the first one does not
-    count: the tracks may no longer show one object, and may seem to show all of it in a single image.
+    last. An object that appears much smaller in one image than in the other is partly occluded in that image. Where one
+    image alone shows all of an object, it is followed along the ray of that image. After a while without a point, the
+    first one does not
+    count: the tracks may no longer show one object, and may seem to show the whole object in a single image.
 
     Args:
         pair: before, predicted for the time of the images.
@@ -124,7 +125,7 @@ def _along(
     cameras: Sequence[CameraModel],
     max_gap: float,
 ) -> StereoTrack:
-    """Returns a pair followed along the only ray to all of it, if there is one and it is not far from it.
+    """Returns a pair updated along the only ray to the whole object, if there is exactly one and the ray is near.
 
     A track that was not seen for a while may show another object now: this is the pair's doubt.
     """

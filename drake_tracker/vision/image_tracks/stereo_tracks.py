@@ -1,9 +1,9 @@
-"""Pairs the objects in the images of two calibrated cameras: which track of the left one shows the same object as which
-of the right one.
+"""Pairs the objects in the images of two calibrated cameras: finds for each track of the left camera the track of the
+right camera that shows the same object.
 
-The tracks of an `ImageTracker` have numbers of their own in each camera. Two of them show one object when the rays to
-it meet in all images. A pair keeps its number as long as one of its tracks lives. `silhouettes.Tracker` tracks objects
-by their silhouettes instead, in metres and with a known background.
+Each camera numbers the tracks of its `ImageTracker` separately. Two tracks show one object if their rays meet in all
+images. A pair keeps its number as long as one of its tracks lives. `silhouettes.Tracker` tracks objects by their
+silhouettes instead, in metres and with a known background.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState2D
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
 KNOWN = 0.3
-"""Cost that a pair of tracks is spared while they are one already."""
+"""Assignment bonus of an existing pair of tracks."""
 PART = 0.5
 """Cost of a track that shows only a part of an object."""
 SETTLED = 30
@@ -35,14 +35,14 @@ _FORBIDDEN = 1e6
 
 @dataclass(frozen=True, eq=False)
 class StereoTracks(FrozenState):
-    """What is known of the objects in the images of two cameras.
+    """State of the objects in the images of two cameras.
 
     Attributes:
         stamp: of the images, the mean of both [s].
         views: the objects in both images, with the numbers of their pairs; tracks without a partner have negative
             numbers. None where an image is missing.
         pairs: all pairs.
-        places: numbers of the objects to report, 0 where there has been none; that of a lost one stays.
+        places: numbers of the objects to report, 0 before the first object; the number of a lost object stays.
         links: {(number in the left camera, in the right one): `TrackLink`}.
         edges: {number: `EdgeMotion`} of the left and of the right camera's tracks.
         next_number: of the next new pair.
@@ -71,8 +71,8 @@ class StereoTracker:
         objects: number of objects to report.
         max_gap: largest distance between the two rays of one object [m].
         stamp_tolerance: largest difference of the stamps of two images of one instant [s].
-        follow: whether the first object to report is the first target of the `ImageTracker` of both cameras; otherwise
-            it is the largest, like the others.
+        follow: whether the first object to report is the first target of both cameras' `ImageTracker`; otherwise it is
+            the largest object.
     """
 
     def __init__(
@@ -133,8 +133,8 @@ class StereoTracker:
 
         A track of a part of an object, ``parts`` in both images, is taken only if there is no other of that object.
 
-        Two that do not meet cost as much as if they were apart, so that two objects that one camera sees alone are
-        never the reason to tear others apart.
+        Two tracks whose rays miss each other get the cost of unrelated tracks. An object seen by one camera only can
+        therefore not break an existing pair.
         """
         numbers = [sorted({key[side] for key in links}) for side in range(2)]
         if not links:
@@ -220,7 +220,7 @@ class StereoTracker:
     ) -> StereoTracks:
         """Returns the pairs with their places: a free place is for the largest object that has none.
 
-        An object that only one camera has seen for `COAST_TIME` gives up its place to one that both see.
+        An object that only one camera has seen for `COAST_TIME` gives up its place to an object that both cameras see.
         """
 
         def pixels(pair: StereoTrack) -> float:
@@ -261,8 +261,8 @@ def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, Track2D] | None
 def _renumbered(paired: StereoTracks, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
     """Returns the objects in one image with the numbers of their pairs.
 
-    Before there is any pair, the first one to report is that of the camera alone. An object that the image shows only
-    in part is hidden.
+    Before the first pair, the first object to report is the first target of the single camera. An object that the image
+    shows only in part is hidden.
     """
     if view is None:
         return None

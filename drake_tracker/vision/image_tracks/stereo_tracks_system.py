@@ -14,7 +14,7 @@ from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker, Stere
 
 
 class StereoTracksSystem(LeafSystem):
-    """Pairs the objects of two cameras, and measures several of them.
+    """Pairs the objects of two cameras, and measures several objects.
 
     .. pydrake_system::
 
@@ -30,13 +30,13 @@ class StereoTracksSystem(LeafSystem):
         - centroid_right_1
 
     ``tracks_*`` are the `ImageTracks` of each camera, from an `ImageTrackerSystem`. They are read every ``period`` at
-    ``offset`` in an unrestricted update. At the instants at which that System is updated too, they are those of the
-    cycle before: the outputs are then as late as those of the shortest delay line.
+    ``offset`` in an unrestricted update. At the instants at which that System is updated too, its outputs of the
+    previous cycle are read: the outputs are then as late as with the shortest delay line.
 
     ``objects`` is a `StereoTracks`. There are the other outputs for each place, ``_1``, ``_2`` and so on: ``point_1``
     is a `TrackPoint` of the first object in W [m], invalid while not both cameras see it. ``number_1`` is its identity,
-    0 without one. ``centroid_*_1`` is the `Centroid` [px] of the object in each image. Before there is any pair, the
-    first ones are those of the first target of each camera. All are zeros before the first images.
+    0 without one. ``centroid_*_1`` is the `Centroid` [px] of the object in each image. Before the first pair, they
+    describe the first target of each camera. All are zeros before the first images.
 
     Args:
         pairing: an `StereoTracker`.

@@ -27,27 +27,28 @@ LIKE = 3.0
 """A region of this many times the size of an object, or of this fraction, does not show it alone."""
 WHOLE, FORGET_AREA, AREA_KNOWN = 0.75, 0.995, 10
 """A region below this share of the area that its object had shows it partly hidden; that area shrinks by the second
-factor from image to image, and is known after the third number of images. The patch is then not replaced: more and more
-of it would be what hides the object."""
+factor from image to image, and is known after the third number of images. The patch is then not replaced: it would
+increasingly show the occluding object."""
 STEADY = 0.25
 """Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
 see `with_region`."""
 UNSTEADY_IMAGES = 15
-"""Images in a row after which its whole region counts all the same, if its patch is in it but beside the place that the
-region shows: the patch was cut while the object was partly hidden."""
+"""Consecutive images after which the whole region counts although its patch lies beside the centre of the region: the
+patch was cut out while the object was partly occluded."""
 LARGEST_MARGIN = 0.4
 """Largest share of a region on each side that shows where its object was and will be."""
 FAST, SWEPT = 0.75, 0.25
-"""Motion from image to image, in sizes, from which on an exact region shows a fast object better, and the largest error
-of the width and height that it must then sweep, as a share of them."""
+"""Least motion from image to image, in sizes, at which an exact region shows a fast object better; and the largest
+relative error of the swept width and height."""
 SURE_SIZE = 1.3
-"""Largest ratio of the width or height of an exact region to that of the object, for its place to be the object's."""
+"""Largest ratio of the width or height of an exact region to the width or height of the object at which the region
+gives the object's place."""
 SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
 
 
 class TrackState2D(IntEnum):
-    """What an object does."""
+    """Motion state of an object."""
 
     LOST = 0
     MOVING = 1
@@ -220,7 +221,8 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
 
 
 def remember_scene(track: Track2D, image: np.ndarray, displacement: float) -> Track2D:
-    """Returns a track with the image among its scenes, if it is seen in it; without scenes when the camera moves.
+    """Returns a track with the image among its scenes, if the image shows the object; without scenes when the camera
+    moves.
 
     Args:
         track: after the image.
@@ -268,14 +270,14 @@ def constant_velocity(
 def measure(track: Track2D, u: float, v: float, extra: float = 0.0) -> Track2D:
     """Returns a predicted track after a measurement of its position.
 
-    A measurement that is farther away than the filter expects, and was accepted all the same, shows a change of the
-    velocity, such as a bounce: the velocity then counts as unknown.
+    An accepted measurement that is farther away than the filter expects shows a change of the velocity, such as a
+    bounce: the velocity then counts as unknown.
 
     Args:
         track: predicted for the time of the measurement.
         u: column [px].
         v: row [px].
-        extra: standard deviation to be added to that of the measurement [px].
+        extra: additional standard deviation of the measurement [px].
     """
     r = (POSITION_ERROR * track.size + PIXEL_ERROR) ** 2 + extra**2
     innovation = np.array([u, v]) - track.mean[:2]
@@ -301,7 +303,8 @@ def measure(track: Track2D, u: float, v: float, extra: float = 0.0) -> Track2D:
 
 
 def _inverse(P: np.ndarray, r: float) -> np.ndarray:
-    """Returns the inverse of the covariance of an innovation (2, 2), from those of the track and of one coordinate."""
+    """Returns the inverse of the covariance of an innovation (2, 2), from the covariance of the track and the variance
+    of one coordinate."""
     a, b, c = float(P[0, 0]) + r, float(P[0, 1]), float(P[1, 1]) + r
     return np.array([[c, -b], [-b, a]]) / (a * c - b * b)
 
@@ -311,8 +314,9 @@ def with_region(
 ) -> Track2D:
     """Returns a predicted track after the region that shows its object alone.
 
-    While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
-    counts, if it was not there before the object came. The patch stays as it is while the object is partly hidden.
+    While an object stops or turns back, its moving edges do not enclose it evenly. If its patch is found, the place of
+    the patch counts, unless the scene looked alike before the object arrived. The patch stays as it is while the object
+    is partly hidden.
 
     Args:
         track: predicted for the time of the image.

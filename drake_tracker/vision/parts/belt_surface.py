@@ -1,4 +1,4 @@
-"""What a camera sees of an empty belt, although the belt is never empty and its texture moves with it.
+"""A camera's model of the empty belt, although the belt is never empty and its texture moves.
 
 Whatever the texture, the same stretch of belt passes every pixel in turn. The appearance of the empty belt at a pixel
 is therefore a mean and a spread over time, which the texture is part of; no picture of the texture is needed, and a
@@ -23,24 +23,24 @@ ACROSS, ALONG = 0.02, 0.25
 FEW = 12
 """Pixels that a cell must have."""
 LEARNING_PERIOD = 4
-"""Images from one that is learned from to the next."""
+"""Images from one learned image to the next."""
 SPREAD_SHARE = 0.8
 """Standard deviation of one channel as a fraction of the usual largest of three differences."""
 EDGE_SHARE = 0.45
-"""A pixel on the outline of an object, which smoothing spreads, belongs to it if its difference is at least this share
-of the largest one beside it: then the object covers about half of it."""
+"""Smoothing spreads the outline of an object. A pixel on the outline belongs to the object if its difference is at
+least this share of the largest difference beside it: then the object covers about half of the pixel."""
 _NEAR, _BESIDE = np.ones((3, 3), np.uint8), np.ones((9, 9), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
 class BeltLook(FrozenState):
-    """What is remembered of one camera's images.
+    """Memory of one camera's images.
 
     Attributes:
         mean: float32 (h, w, 3), the empty belt [grey levels].
         picture: the same, uint8.
         spread: float32 (h, w), standard deviation of its largest difference from an image [grey levels].
-        mask: uint8 (h, w), 255 on what stands out in the newest image.
+        mask: uint8 (h, w), 255 on the foreground of the newest image.
         doubtful: uint8 (h, w), 255 where the newest image shows a shadow.
         count: number of images so far.
     """
@@ -54,7 +54,7 @@ class BeltLook(FrozenState):
 
 
 class BeltSurface:
-    """Segments what lies on a belt in the images of one camera. All state is with the caller.
+    """Segments the objects on a belt in the images of one camera. All state is with the caller.
 
     Args:
         camera: calibrated camera.
@@ -136,7 +136,7 @@ class BeltSurface:
         return self._learn(look, smooth, difference, free) if look.count % LEARNING_PERIOD == 1 else look
 
     def _gain(self, look: BeltLook, smooth: np.ndarray, free: np.ndarray) -> float:
-        """Returns the brightness of the belt as a share of that which is remembered."""
+        """Returns the brightness of the belt as a share of the remembered brightness."""
         empty = cv2.subtract(free, look.mask)
         if not cv2.countNonZero(empty):
             return 1.0
@@ -144,7 +144,7 @@ class BeltSurface:
         return light_gain(before, now) or 1.0
 
     def _learn(self, look: BeltLook, smooth: np.ndarray, difference: np.ndarray, free: np.ndarray) -> BeltLook:
-        """Returns the state with what an image adds to the memory of the empty belt."""
+        """Returns the state after learning the empty belt from an image."""
         empty = cv2.subtract(free, cv2.dilate(cv2.bitwise_or(look.mask, look.doubtful), _BESIDE))
         mean, spread = look.mean.copy(), look.spread.copy()
         cv2.accumulateWeighted(smooth, mean, self._settings.learning_rate, empty)

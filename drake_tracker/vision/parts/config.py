@@ -9,11 +9,11 @@ from drake_tracker.vision.config import Contrast
 
 @dataclass(frozen=True)
 class BeltParts(Contrast):
-    """Finds the parts on a moving belt: what stands out from the empty belt, and has the outline of a part."""
+    """Finds the parts on a moving belt: foreground regions with the outline of a part."""
 
     largest_misfit: ClassVar[float] = 0.03
-    """Mean square of the difference between silhouette and outline up to which a new part is one; a known part may
-    have twice as much; chosen."""
+    """Largest mean square of the difference between silhouette and outline of a new part; a known part may have twice
+    as much; chosen."""
     confirm_after: int = setting(8, "pairs of images after which a new part is reported", "", (1, 1000))
     coast_time: float = setting(3.0, "time after which a part that the arm hides is forgotten", "s", (0.05, 60.0))
     lost_after: ClassVar[float] = 0.3

@@ -1,9 +1,9 @@
-"""Places a part of known shape so that its silhouettes fit those in the images of all cameras.
+"""Places a part of known shape so that its silhouettes fit the silhouettes in the images of all cameras.
 
 This is the alignment of a template (Lucas and Kanade 1981) whose template is the drawn silhouette: the difference
 between the observed and the drawn silhouette is a linear function of a small displacement (dx, dy, dyaw) of the part,
 which the method of Gauss and Newton finds. Because the drawn silhouette contains the height of the part, both images
-count together, each with what it sees. Pixels that show something else count neither for nor against a place.
+count together. Pixels that show something else count neither for nor against a place.
 """
 
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 class SeenWindow(NamedTuple):
-    """What one camera's image shows.
+    """Content of one camera's image.
 
     Attributes:
         silhouette: draws parts in it.
-        seen: float32 (h, w), 1 on what stands out from the belt, smoothed with `soften`.
-        weight: float32 (h, w), 1 where the image shows what lies on the belt, 0 elsewhere.
+        seen: float32 (h, w), 1 on the foreground, smoothed with `soften`.
+        weight: float32 (h, w), 1 where the image shows the belt or objects on the belt, 0 elsewhere.
     """
 
     silhouette: PartSilhouette
@@ -51,7 +51,7 @@ class PartFit:
         covariance: of x, y [m] and yaw [rad], shape (3, 3).
         misfit: mean square of the difference between observed and drawn silhouette, as a share of the drawn one.
         share: of the drawn silhouettes in all images that is not hidden.
-        filled: share of what is not hidden of them that stands out from the belt.
+        filled: share of the visible part of the silhouettes that is foreground.
     """
 
     pose: PartPose
@@ -119,7 +119,7 @@ def fit_part(
 def _slopes(soft: np.ndarray, patch: Patch) -> np.ndarray:
     """Returns the derivatives of a drawn silhouette by x, y and yaw of the part, shape (3, h, w).
 
-    All of it is taken to turn about the origin of P in the image, as a flat part would.
+    The whole silhouette is assumed to turn about the origin of P in the image, as the silhouette of a flat part would.
     """
     along_u = (0.5 * cv2.Sobel(soft, cv2.CV_32F, 1, 0, ksize=1)).astype(np.float64)
     along_v = (0.5 * cv2.Sobel(soft, cv2.CV_32F, 0, 1, ksize=1)).astype(np.float64)

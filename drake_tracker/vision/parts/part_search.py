@@ -1,8 +1,10 @@
-"""Finds new parts on a belt: where the silhouettes of all cameras meet, and which parts could cover that.
+"""Finds new parts on a belt: the common regions of the silhouettes of all cameras, and the parts that could cover these
+regions.
 
 Seen on a horizontal plane at half the height of the parts, a silhouette is the footprint of the part, extended towards
-and away from its camera. What the silhouettes of all cameras have in common is little more than the footprint. A region
-of it is covered by as few parts as possible: the one that explains most of it first, then the next in what is left.
+and away from its camera. The common region of the silhouettes of all cameras is little more than the footprint. Each
+common region is covered by as few parts as possible: first the part that covers most of the region, then further parts
+in the remainder.
 """
 
 import math
@@ -21,19 +23,19 @@ CELL = 0.004
 YAW_STEP = math.radians(10.0)
 """Step of the directions that are tried."""
 PLANE = 0.013
-"""Height of the plane above the belt, half that of a part [m]."""
+"""Height of the plane above the belt, half of the height of a part [m]."""
 LEAST_SHARE = 0.5
-"""Share of the smallest part that a region, or what is left of it, must cover to show a part."""
+"""Share of the smallest part that a region, or its remainder, must cover to show a part."""
 MOST_PARTS = 5
 """Number of touching parts that are told apart."""
 OUTSIDE, TAKEN, BESIDE = 1.0, 1.0, 1.5
-"""Weights of what counts against a place of a part, relative to what it covers: that it is empty; that another part
-covers it already; and that the region goes on beside it. The last one finds the outermost part first."""
+"""Penalties of a place of a part, relative to the covered area: empty area, area that another part covers already, and
+area of the region beside the part. The last one finds the outermost part first."""
 _BESIDE, _ERASED = np.ones((3, 3), np.uint8), np.ones((3, 3), np.uint8)
 
 
 class PartCandidate(NamedTuple):
-    """What may be a part.
+    """A candidate part.
 
     Attributes:
         poses: {kind: where a part of this kind would lie}.
@@ -74,11 +76,12 @@ class PartSearch:
         ]
 
     def candidates(self, masks: Sequence[np.ndarray], unseen: Sequence[np.ndarray]) -> list[PartCandidate]:
-        """Returns what may be new parts, those that touch each other one after the other.
+        """Returns candidate parts. Candidates whose outlines touch are returned in sequence.
 
         Args:
-            masks: what stands out in each camera's image and belongs to no track, uint8 (h, w), 255 there.
-            unseen: what each image does not show of the belt, uint8 (h, w), 255 there. A part there is not whole.
+            masks: the foreground of each camera's image that belongs to no track, uint8 (h, w), 255 there.
+            unseen: the part of the belt that each image does not show, uint8 (h, w), 255 there. A part there is not
+                whole.
         """
         common = self._common(masks)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(common, connectivity=8)

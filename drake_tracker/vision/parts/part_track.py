@@ -1,4 +1,4 @@
-"""What is remembered of a part on the belt, from the images in which it was found until it is picked or leaves."""
+"""The track of a part on the belt, from its first images until the part is picked or leaves."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,9 +15,9 @@ class PartTrack:
 
     Attributes:
         number: identity, 0 while the part is not yet confirmed.
-        clear: whether its outline is that of a part. What is not clear lies on the belt, but nobody knows what it is:
-            parts that touch and could not be told apart, or something else.
-        fit: where it is, and how well that is known.
+        clear: whether its outline fits a known kind of part. An unclear object lies on the belt, but its kind is
+            unknown: parts that touch and could not be separated, or something else.
+        fit: place of the part, and its covariance.
         seen: stamp at which it was last seen [s].
         visible: stamp at which it was last seen or hidden [s]: where it should be, the belt was never seen empty since.
         images: number of pairs of images in which it was seen.

@@ -1,8 +1,8 @@
 """Tracks the parts on a belt in the images of two cameras: place, direction, kind and identity.
 
-In every image a part is placed anew (`part_fit.fit_part`), near where the belt should have carried it. What stands out
-from the belt and belongs to no track may be a new part (`part_search.PartSearch`). It is confirmed once it has fitted
-in several images; until then its kind is open, and all kinds are compared.
+In every image a part is placed anew (`part_fit.fit_part`), near where the belt should have carried it. Foreground that
+belongs to no track may be a new part (`part_search.PartSearch`). It is confirmed once it has fitted in several images;
+until then its kind is open, and all kinds are compared.
 """
 
 import math
@@ -21,24 +21,24 @@ from drake_tracker.vision.parts.part_silhouette import PartPose, PartSilhouette,
 from drake_tracker.vision.parts.part_track import PartTrack
 
 FIRST_STEPS, STEPS = 5, 2
-"""Steps of the fit of a part that was just found, and of one that is tracked."""
+"""Steps of the fit of a new part, and of a tracked part."""
 SEARCH_PERIOD = 4
 """Images from one search for new parts to the next."""
 SPEED_GAIN = 0.05
 """Share of the surprise about the displacement of the belt by which its speed is corrected, once it is known."""
 NEAR, REGAIN = 0.005, 0.03
-"""A part that lies farther than this from where the belt should have carried it since the last image is not the same
-[m]; the limit grows while it is not seen [m/s]."""
+"""Gate: largest distance of a part from the place to which the belt should have carried it [m]; the gate grows while
+the part is not seen [m/s]."""
 SEEN_SHARE, WHOLE_SHARE = 0.4, 0.5
 """Shares of the outlines that must not be hidden, for a part to be seen and for a new part to be judged."""
 KNOWN = 2.0
 """Misfit that a known part may have, as a multiple of a new one's."""
 UNCLEAR_SHARE = 0.6
-"""Share of the outlines of what is not clear that must stand out from the belt, for it to be there."""
+"""Share of the outline of an unclear object that must be foreground for the object to be present."""
 FULL = 0.85
 """Share of a part's outlines that stands out from the belt where something else covers the part."""
 UNCLEAR_VARIANCE = 1.0
-"""Variance of the place [m^2] and direction [rad^2] of what is not clear, so large that nothing will pick it."""
+"""Variance of the place [m^2] and direction [rad^2] of an unclear object, so large that no dispatcher picks it."""
 SAME_PLACE = 0.02
 """Parts whose middles are closer than this are one [m]."""
 _AROUND, _INNER = np.ones((5, 5), np.uint8), np.ones((5, 5), np.uint8)
@@ -48,7 +48,7 @@ _Around = tuple[slice, slice, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class PartTrackerState(FrozenState):
-    """What a `PartTracker` remembers.
+    """State of a `PartTracker`.
 
     Attributes:
         stamp: of the newest images [s].
@@ -69,11 +69,11 @@ class PartTrackerState(FrozenState):
 
 @dataclass(frozen=True, eq=False)
 class PartImage:
-    """What one camera's image shows.
+    """Content of one camera's image.
 
     Attributes:
-        mask: uint8 (h, w), 255 on what stands out from the belt.
-        unseen: uint8 (h, w), 255 where the image shows neither the belt nor what lies on it.
+        mask: uint8 (h, w), 255 on the foreground.
+        unseen: uint8 (h, w), 255 where the image shows neither the belt nor objects on the belt.
     """
 
     mask: np.ndarray
@@ -206,9 +206,9 @@ class PartTracker:
         images: Sequence[PartImage],
         windows: Sequence[SeenWindow],
     ) -> list[PartTrack]:
-        """Returns the tracks, with those of what may be new parts.
+        """Returns the tracks, tracks of candidate parts included.
 
-        What is not clear is looked at again: it gives way to a part that is found there.
+        Unclear objects are examined again: an unclear object gives way to a part that is found in its place.
         """
         known = [track for track in tracks if track.clear]
         masks = [image.mask.copy() for image in images]
@@ -281,7 +281,7 @@ def _without(windows: Sequence[SeenWindow], others: Sequence[Sequence[_Around | 
 
 
 def _is_near(pose: PartPose, tracks: Sequence[PartTrack]) -> bool:
-    """Returns whether a pose is that of one of the tracks."""
+    """Returns whether a pose belongs to one of the tracks."""
     return any(_distance(pose, track.pose) < SAME_PLACE for track in tracks)
 
 

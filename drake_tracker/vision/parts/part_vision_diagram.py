@@ -42,9 +42,9 @@ class PartVisionDiagram(Diagram):
         - motion_left
         - motion_right
 
-    The ports are those of the `PartVisionSystem`. All vectors appear ``lag_cycles`` after the capture of the images,
-    ``motion_*`` at once. ``arm_state``, the joints (q, v) [rad, rad/s], and ``jaws``, a `JawState`, exist with ``arm``
-    only, whose silhouette is then ignored in the images.
+    The ports are the ports of the `PartVisionSystem`. All vectors appear ``lag_cycles`` after the capture of the
+    images, ``motion_*`` at once. ``arm_state``, the joints (q, v) [rad, rad/s], and ``jaws``, a `JawState`, exist with
+    ``arm`` only, whose silhouette is then ignored in the images.
 
     Args:
         cameras: {side: calibrated camera}.

@@ -42,7 +42,7 @@ class PartVisionMemory(FrozenState):
     """State of a `PartVisionSystem`.
 
     Attributes:
-        looks: what is remembered of the images of each camera, empty before the first one.
+        looks: memory of the images of each camera, empty before the first image.
         tracker: state of the tracker.
         messages: the vectors of the output ports, in their order; none before the first images.
     """
@@ -74,12 +74,11 @@ class PartVisionSystem(LeafSystem):
         - motion_right
 
     ``camera_*`` are `ImageRgba8U`, read at offset 0 in an unrestricted update when they show the images of a cycle
-    whose number is a multiple of ``update_cycles``. ``hidden_*`` is the
-    silhouette of the robot's own arm in the image, a uint8 array of the image's shape or None; both may stay
-    unconnected. ``parts`` is a `PartTracks` of the newest images, without any lag. The other outputs serve pictures
-    and video: ``tracks``, a `TrackPoints`; ``regions_*``, `Regions` with a rectangle around each part that is seen;
-    ``centroid_*``, a `Centroid` with the stamp only; and ``motion_*``, what stands out from the belt, as a
-    `DetectionMask`. All vectors are zeros before the first images.
+    whose number is a multiple of ``update_cycles``. ``hidden_*`` is the silhouette of the robot's own arm in the image,
+    a uint8 array of the image's shape or None; both may stay unconnected. ``parts`` is a `PartTracks` of the newest
+    images, without any lag. The other outputs serve pictures and video: ``tracks``, a `TrackPoints`; ``regions_*``,
+    `Regions` with a rectangle around each part that is seen; ``centroid_*``, a `Centroid` with the stamp only; and
+    ``motion_*``, the foreground as a `DetectionMask`. All vectors are zeros before the first images.
 
     Args:
         surfaces: {side: `BeltSurface`}.
@@ -203,7 +202,7 @@ def reported(state: PartTrackerState, first: float, last: float) -> list[PartTra
 
 
 def pack_parts(stamp: float, tracks: Sequence[PartTrack], belt_height: float) -> np.ndarray:
-    """Returns the `PartTracks` vector of parts, of the first ones if they are more than the slots.
+    """Returns the `PartTracks` vector of parts; of the first parts, if there are more parts than slots.
 
     Args:
         stamp: of the images [s].

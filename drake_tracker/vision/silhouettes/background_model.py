@@ -1,8 +1,8 @@
-"""Segments what does not belong to the still scene: a background model that is learned from the images of one camera.
+"""Segments objects in front of the still scene with a background model that is learned from the images of one camera.
 
 Motion is visible at the edges of an object only, and two objects that are close to each other leave edges that nobody
-can tell apart. The difference from a picture of the empty scene shows whole objects. That picture is learned: a pixel
-enters it once nothing moves there. Until then, the region enclosed by moving edges stands for the object.
+can tell apart. The difference from a picture of the empty scene shows whole objects. The picture is learned: a pixel
+enters it once nothing moves at the pixel. Until then, the region enclosed by moving edges stands for the object.
 """
 
 from dataclasses import dataclass, replace
@@ -21,21 +21,21 @@ GHOST_EDGE_RATIO = 1.3
 """A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this
 many times as strong in the background as in the image."""
 LEARNING_PERIOD = 4
-"""Images from one that is learned from to the next, once the background is known."""
+"""Images from one learned image to the next, once the background is known."""
 NARROW_AFTER = 60
-"""Images after which gaps between moving edges are bridged up to `NARROW_JOIN` only: the objects have left the places
-where they were at first, and what is still unknown lies between them."""
+"""Images after which gaps between moving edges are bridged up to `NARROW_JOIN` only: the objects have left their first
+places, and the remaining unknown area lies between the objects."""
 NARROW_JOIN = 9
 """See there [px]."""
 SHOWS = 0.5
-"""An object shows in images that follow each other closely if they show this share of what it has swept lately."""
+"""Consecutive images show an object if they show this share of the area that the object has swept recently."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
 """Least threshold for motion between two images, as a share of that for the difference from the background: stray
 pixels that move do no harm."""
 MOTION_NOISE = 1.2
-"""Noise of the difference of two images as a share of that of the difference from the background."""
+"""Noise of the difference of two images, as a share of the noise of the difference from the background."""
 NOISE_OF_MEDIAN = 0.8
 """Standard deviation of the noise of one channel, as a fraction of the median of the largest of three differences."""
 NOISE_WEIGHT = 0.3
@@ -51,7 +51,7 @@ _SMALL, _MEDIUM, _START = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8), 
 
 @dataclass(frozen=True, eq=False)
 class Background(FrozenState):
-    """What is remembered of one camera's images.
+    """Memory of one camera's images.
 
     Attributes:
         mean: float32 (h, w, 3), the scene without objects [grey levels].
@@ -64,7 +64,7 @@ class Background(FrozenState):
         moving: uint8 (h, w), 255 where edges moved when that was last looked for.
         swept: uint8 (h, w), the same with the gaps between edges filled.
         mask: uint8 (h, w), the newest silhouettes.
-        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it.
+        border: uint8 (h, w), 255 along the border of the examined area, and beyond it.
         noise: standard deviation of the difference from the background [grey levels].
         count: number of images so far.
     """
@@ -85,11 +85,11 @@ class Background(FrozenState):
 
 
 class BackgroundModel:
-    """Learns the background of a camera's images, and segments what stands out from it.
+    """Learns the background of a camera's images, and segments the foreground.
 
     A pixel is foreground when one of its channels differs from the background by more than a threshold, which follows
     the noise of the images. Pixels that are darker than the background but of the same colour are shadow, provided that
-    the region has other pixels as well: a dark object has none. All state is with the caller.
+    the region also has other pixels; a dark object has only dark pixels. All state is with the caller.
 
     Args:
         settings: `Silhouettes`.
@@ -120,7 +120,7 @@ class BackgroundModel:
         return Background(mean, image, blank, blank, image, 1.0, (), blank, blank, blank, border, 1.0, 1)
 
     def _border(self, shape: tuple[int, int]) -> np.ndarray:
-        """Returns the border of what is looked at, and what lies beyond it, uint8 of a shape (h, w)."""
+        """Returns the border of the examined area, and the area beyond it, uint8 of a shape (h, w)."""
         inside = np.full(shape, 255, np.uint8) if self._window is None else self._window
         wide = cv2.copyMakeBorder(inside, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
         side = 2 * BORDER + 1
@@ -186,7 +186,7 @@ class BackgroundModel:
         return light_gain(before, now)
 
     def _find_motion(self, state: Background, image: np.ndarray, light: float, threshold: float) -> Background:
-        """Returns the state with the pixels that changed since the reference image, and what they enclose."""
+        """Returns the state with the pixels that changed since the reference image, and the area that they enclose."""
         moving = opened(self._within(_changed(image, state.reference, light / state.light, threshold)))
         swept = self._filled(moving, state.count)
         starting = state.count <= QUIET_IMAGES
@@ -218,7 +218,7 @@ class BackgroundModel:
         return np.where(shows[labels], close, state.swept)
 
     def _filled(self, moving: np.ndarray, count: int) -> np.ndarray:
-        """Returns what moving pixels enclose, uint8 (h, w).
+        """Returns the area that moving pixels enclose, uint8 (h, w).
 
         Args:
             moving: uint8 (h, w), 255 where edges move.
@@ -238,7 +238,7 @@ class BackgroundModel:
         gain: float,
         hidden: np.ndarray | None,
     ) -> Background:
-        """Returns the state with what an image adds to the background.
+        """Returns the state after learning the background from an image.
 
         Args:
             state: the state after the image.
@@ -246,7 +246,7 @@ class BackgroundModel:
             picture: the background in the light of the image.
             difference: the largest difference of the two over the channels.
             gain: brightness of the image as a share of the background's.
-            hidden: what the robot's own arm covers, or None.
+            hidden: the area that the robot's own arm covers, or None.
         """
         known, mask, mean = state.known, state.mask, state.mean.copy()
         ghosts = self._ghosts(state, image, picture)
@@ -326,8 +326,8 @@ class BackgroundModel:
 def _closed(mask: np.ndarray, side: int) -> np.ndarray:
     """Returns a mask whose gaps are closed by a square, its side odd [px].
 
-    Beyond the image, nothing is set. OpenCV would take that for unknown, and fill what lies between a region and the
-    image's border: the place that an object has just entered through.
+    Beyond the image, nothing is set. OpenCV would treat the area beyond the border as unknown, and fill the gap between
+    a region and the border of the image, where an object has just entered.
     """
     half = side // 2
     wide = cv2.copyMakeBorder(mask, half, half, half, half, cv2.BORDER_CONSTANT)
@@ -336,7 +336,7 @@ def _closed(mask: np.ndarray, side: int) -> np.ndarray:
 
 
 def _changed(image: np.ndarray, earlier: np.ndarray, gain: float, threshold: float) -> np.ndarray:
-    """Returns where an image differs from an earlier one, uint8 (h, w), 255 there.
+    """Returns the pixels at which an image differs from an earlier image, uint8 (h, w), 255 there.
 
     Args:
         image: smoothed, uint8 (h, w, 3).

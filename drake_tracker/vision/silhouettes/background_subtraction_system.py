@@ -59,10 +59,10 @@ class BackgroundSubtractionSystem(LeafSystem):
         - motion_energy
 
     ``color_image`` is an `ImageRgba8U`, read every ``period`` at offset 0 in an unrestricted update. ``hidden`` is the
-    silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None, and ``displacement`` is
-    by how much the hand is displaced in it, shape (2,) [px]; both may stay unconnected. ``foreground`` is the
-    `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each None while there is none.
-    ``motion_energy`` is the newest silhouette as a `DetectionMask`, for pictures.
+    silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None. ``displacement`` is the
+    displacement of the hand in this image, shape (2,) [px]. Both may stay unconnected. ``foreground`` is the
+    `Foreground` of the newest image, and ``delayed`` the `Foreground` of some cycles ago, each None before the first
+    image. ``motion_energy`` is the newest silhouette as a `DetectionMask`, for pictures.
 
     With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no
     result.
@@ -135,7 +135,7 @@ class BackgroundSubtractionSystem(LeafSystem):
     def _segmented(
         self, memory: _Memory, image: np.ndarray, hidden: np.ndarray | None, stamp: float
     ) -> tuple[_Memory, Foreground]:
-        """Returns the memory after an image, and what the image shows.
+        """Returns the memory after an image, and the foreground of the image.
 
         Args:
             memory: the memory before.

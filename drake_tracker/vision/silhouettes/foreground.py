@@ -1,4 +1,4 @@
-"""What one image shows in front of the background."""
+"""The foreground of one image."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,7 +12,7 @@ from drake_tracker.vision.camera_motion import Verdict
 
 @dataclass(frozen=True, eq=False)
 class Foreground(FrozenState):
-    """What one image shows in front of the background.
+    """The foreground of one image.
 
     Attributes:
         stamp: capture time of the image [s].
@@ -22,10 +22,10 @@ class Foreground(FrozenState):
         image_offset: full-frame coordinates (u0, v0) of the top left pixel [px].
         hidden: uint8 (h, w), 255 where the robot's own arm covers the scene, or None.
         usable: whether the image could be compared with the background.
-        camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
+        camera: whether the camera itself moved; its motion is compensated in the other attributes.
         displacement: of the camera's images by that motion [px].
         missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
-        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it, or None.
+        border: uint8 (h, w), 255 along the border of the examined area, and beyond it, or None.
         hand: by how much the markers show the hand displaced to the right and downwards, shape (2,) [px].
     """
 

@@ -43,7 +43,7 @@ _AROUND, _BESIDE = np.ones((9, 9), np.uint8), np.ones((3, 9), np.uint8)
 
 @dataclass(frozen=True, eq=False)
 class Alignment(FrozenState):
-    """What is remembered of the motion of a camera.
+    """Memory of the motion of a camera.
 
     Attributes:
         motion: state of the detector.

@@ -1,4 +1,4 @@
-"""What a track learns of its object: size, height and colour; and how objects are told apart by them."""
+"""Learned appearance of an object: size, height and colour, and the comparison of objects by appearance."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -72,7 +72,7 @@ def learn_look(
 def relearning(track: Track3D, tracks: Sequence[Track3D]) -> Track3D:
     """Returns a track, whose size is learned anew if its silhouettes are too large for long without another object.
 
-    Such an object was only seen in part when its size was learned.
+    The size of such an object was learned from a partial view.
     """
     if track.stamp - track.alone < WRONG_SIZE_TIME or not track.shape.settled:
         return track

@@ -31,7 +31,7 @@ FILL = 0.8
 HEADINGS = np.radians(np.arange(0.0, 180.0, 3.0))
 """Directions that are tried [rad]. The box looks the same after half a turn."""
 NEAR = 5
-"""Directions up to this many places from the best one count as the same."""
+"""Directions up to this many places from the best direction count as equal."""
 CLEAR, MISFIT = 2.0, 3.0
 """A direction is found if every other one has a misfit that is at least ``CLEAR`` pixels larger (root of the sum of
 squares), and if its own misfit is at most ``MISFIT`` pixels per image (root mean square). Chosen on nine random walks,
@@ -40,7 +40,7 @@ seeds 704 to 712, which no result uses."""
 
 @dataclass(frozen=True, eq=False)
 class ObjectShape(FrozenState):
-    """What is known of an object's size.
+    """Learned size of an object.
 
     Attributes:
         dimensions: length, width and height, shape (3,) [m].
@@ -117,7 +117,7 @@ class ObjectShape(FrozenState):
     def at_rest(self, jacobians: np.ndarray, extents: np.ndarray, slants: np.ndarray) -> Self:
         """Returns the shape of a standing object with the heading that its silhouettes show, if they show it clearly.
 
-        A heading and that which is half a turn away look alike; the one nearer to the present heading is taken.
+        Two headings half a turn apart look alike; the heading nearer to the present heading is chosen.
 
         Args:
             jacobians: as for `learned`.

@@ -3,7 +3,7 @@
 Each object appears as the outline of its box. The outlines are placed so that they cover the silhouettes and little
 else: one object after the other is moved to the place where it explains most pixels, given the others, until none
 moves. All images count together, because an object has one position: where it is hidden in one image, another decides.
-What the robot's arm covers counts neither for nor against a place.
+Pixels that the robot's arm covers count neither for nor against a place.
 """
 
 import math
@@ -27,13 +27,14 @@ expected."""
 LEAST_STD = 1.0
 """No expectation is taken to be better than this [px]."""
 LARGEST = 1000
-"""How far an outline reaches from its centre at most [px]: that of an object close before a camera has no bounds."""
+"""Largest distance of an outline from its centre [px]: the outline of an object close to a camera would have no
+bounds."""
 STEADY = 0.05
 """Objects whose outlines move less than this [px] have found their places."""
 
 
 class ImageView(NamedTuple):
-    """What one image shows of n objects.
+    """One image of n objects.
 
     Attributes:
         silhouette: uint8 (h, w), 1 where it is; 0 where none of the objects is seen.
@@ -141,10 +142,10 @@ class _Border(NamedTuple):
         )
 
     def covered(self, k: int, displacements: np.ndarray, reach: int) -> tuple[np.ndarray, tuple[int, int]]:
-        """Returns what an object covers if it moves from its place by up to ``reach`` pixels, and the first pixel.
+        """Returns the covered area of an object for displacements up to ``reach`` pixels, and the first pixel.
 
-        A pixel that no other object covers counts twice, and one that is known to be empty is subtracted. The result
-        has shape (2 r + 1,) * 2 and begins at the pixel (u, v).
+        A pixel that no other object covers counts twice, and a pixel that is known to be empty is subtracted. The
+        result has shape (2 r + 1,) * 2 and begins at the pixel (u, v).
         """
         pixels = [self.pixel(each, displacement) for each, displacement in enumerate(displacements)]
         first = pixels[k][0] - reach, pixels[k][1] - reach
@@ -154,7 +155,7 @@ class _Border(NamedTuple):
         return self.known[key], first
 
     def _covered(self, k: int, pixels: Sequence[tuple[int, int]], reach: int) -> np.ndarray:
-        """Returns what an object covers, as in `covered`, with the centres of all objects at some pixels."""
+        """Returns the covered area of an object, as in `covered`, with the centres of all objects at given pixels."""
         alone = self.silhouette
         if len(pixels) > 1:
             alone = alone.copy()

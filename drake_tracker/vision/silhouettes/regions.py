@@ -17,14 +17,16 @@ from drake_tracker.vision.silhouettes.silhouettes import FRAGMENT_PIXELS, ImageS
 from drake_tracker.vision.silhouettes.split_silhouettes import Part, divide
 
 BESIDE = np.ones((7, 7), np.uint8)
-"""Pixels next to which the arm, or the edge of what a camera that has turned away still sees, touches a region."""
+"""Distance in pixels at which the arm, or the edge of the valid area of a camera that has turned away, touches a
+region."""
 SHAPE_ERROR = 0.03
 """Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends
 on its heading."""
 SHARED_ERROR = 0.07
-"""The same for an object whose silhouette is merged with that of another one, or covered in part by the arm."""
+"""The same for an object whose silhouette is merged with the silhouette of another object, or partly covered by the
+arm."""
 MISSING_ERROR = 0.4
-"""The same where nothing of the object is visible; where a part of it is, a fraction of this."""
+"""The same for an invisible object; for a partly visible object, a fraction of this value."""
 MISSING_SHARE = 0.15
 """Pixels that a silhouette may lack as a share of those expected before the object counts as partly hidden."""
 JITTER = 0.25
@@ -33,7 +35,7 @@ NO_COLOUR = (0.0, 0.0, 0.0)
 
 
 class Region(NamedTuple):
-    """What one image shows of one object.
+    """One image of one object.
 
     Attributes:
         u: column of the centroid [px], full frame.
@@ -46,14 +48,14 @@ class Region(NamedTuple):
         var_v: variance along v [px^2].
         moving: share of its pixels that move.
         share: visible share of the object, 1 where it is not known.
-        track: number of the track in whose window it lies; 0: none, -1: one that is not yet confirmed.
+        track: number of the track in whose window it lies; 0: none, -1: a track that is not yet confirmed.
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
-        covered: whether the robot's own arm covers a part of it, or the border of what is looked at cuts one off. It is
-            placed so that the object's outline fits the rest.
+        covered: whether the robot's own arm covers a part of it, or the border of the examined area cuts a part off. It
+            is placed so that the object's outline fits the rest.
         beyond: whether the latter is so.
-        cut: whether it touches that border without being placed so, or the edge of what a camera that has turned away
-            still sees: its centroid is that of a part of the object.
+        cut: truncated: the region touches the border of the examined area without being placed there, or the edge of
+            the valid area, so that its centroid is the centroid of a part of the object.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -87,7 +89,8 @@ class Region(NamedTuple):
 
 
 def make_regions(silhouettes: ImageSilhouettes, places: Mapping[int, np.ndarray], colours: bool = True) -> list[Region]:
-    """Returns the regions of one image: first those in windows, in their order, then the others, largest first.
+    """Returns the regions of one image: first the regions in windows, in the order of the windows, then the others,
+    largest first.
 
     Args:
         silhouettes: of the image.
@@ -119,7 +122,7 @@ def _error(share: float, shared: bool, covered: bool) -> float:
 
 
 def _is_cut(foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], covered: bool) -> bool:
-    """Returns whether the pixels of a region, which are those of a box of the image, show only a part of the object."""
+    """Returns whether the pixels of a region, given for a box of the image, show only a part of the object."""
     if (
         not covered
         and foreground.border is not None
@@ -130,7 +133,7 @@ def _is_cut(foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice]
 
 
 def _touches(mask: np.ndarray | None, pixels: np.ndarray, box: tuple[slice, slice]) -> bool:
-    """Returns whether the pixels of a region, which are those of a box of the image, touch a mask of the image."""
+    """Returns whether the pixels of a region, given for a box of the image, touch a mask of the image."""
     if mask is None:
         return False
     return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(mask, BESIDE)[box])) > 0

@@ -16,7 +16,7 @@ from drake_tracker.vision.silhouettes.validation_gate import ValidationGate
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
 FRAGMENT_SHARE = 0.25
-"""A fragment with a smaller share of the pixels of the largest one is a piece of the same object."""
+"""A fragment with a smaller share of the pixels of the largest fragment is a piece of the same object."""
 CLAIM_MARGIN = 2.0
 """Distance [px] by which a fragment may lie outside the gate of a window that claims it."""
 COVERED = 0.08
@@ -50,7 +50,7 @@ class ImageSilhouettes:
         others: pixels of all others, uint8, 1 where they are.
         apart: places in ``windows`` of objects beside which another large fragment lies in their window.
         covered: places in ``windows`` of objects of which the arm covers a part, or the border cuts one off.
-        beyond: those of the latter. The border is that of what is looked at, and the size of the object is known.
+        beyond: those of the latter. The border is the border of the examined area, and the size of the object is known.
     """
 
     foreground: Foreground
@@ -118,7 +118,7 @@ def find_silhouettes(
 
 
 def _covered(foreground: Foreground, windows: Sequence[ValidationGate]) -> frozenset[int]:
-    """Returns the places in ``windows`` of those of which the arm covers more than `COVERED`."""
+    """Returns the indices of the windows of which the arm covers more than `COVERED`."""
     if foreground.hidden is None:
         return frozenset()
     offset = np.array(foreground.image_offset)
@@ -137,7 +137,8 @@ def _pixels_of(labels: np.ndarray, wanted: Set[int], count: int) -> np.ndarray:
 
 
 def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
-    """Returns the windows that share fragments with one of them, directly or through others, itself included."""
+    """Returns the windows that share fragments with a given window, directly or through others, the given window
+    included."""
     group, labels = {number}, set(claims[number])
     while True:
         more = {other for other, mine in claims.items() if other not in group and labels & set(mine)}
@@ -148,7 +149,7 @@ def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
 
 
 def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ValidationGate]) -> list[int]:
-    """Returns the places in ``windows`` of those that claim a fragment, from its row of component statistics."""
+    """Returns the indices of the windows that claim a fragment, from its row of component statistics."""
     left, top, width, height, pixels = statistics.tolist()
     u0, v0 = offset.tolist()
     left, top = left + u0, top + v0
@@ -164,9 +165,9 @@ def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[Va
 
 
 def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, window: ValidationGate) -> list[int]:
-    """Returns those fragments of a window that show its object: the nearest large one, and all small ones.
+    """Returns the fragments of a window that show its object: the nearest large fragment, and all small fragments.
 
-    A second large fragment is another object, whose silhouette has just come apart from that of the first.
+    A second large fragment is another object, whose silhouette has just separated from the first silhouette.
     """
     if len(mine) == 1:
         return list(mine)

@@ -18,7 +18,7 @@ REACH = 1.35
 OVERSIZE = 1.3
 """A region that is this many times as wide or high as its object shows another one too."""
 HIDDEN_BEHIND = 0.3
-"""An object whose centre is nearer than this many radii to that of another is hidden by it."""
+"""An object whose centre is nearer than this many radii to the centre of another object is occluded by it."""
 
 
 class Part(NamedTuple):
@@ -26,7 +26,7 @@ class Part(NamedTuple):
 
     Attributes:
         pixels: uint8, 1 where they are.
-        centre: centroid of the object (u, v) [px], where it is not simply that of the pixels.
+        centre: centroid of the object (u, v) [px], where it differs from the centroid of the pixels.
         shared: whether the silhouette shows other objects too.
     """
 
@@ -36,7 +36,8 @@ class Part(NamedTuple):
 
 
 def is_shared(silhouette: Silhouette, windows: Sequence[ValidationGate]) -> bool:
-    """Returns whether a silhouette shows several objects: those of its windows, or one that is too small for it."""
+    """Returns whether a silhouette shows several objects: the objects of its windows, or an object that is too small
+    for the silhouette."""
     if len(silhouette.members) != 1:
         return len(silhouette.members) > 1
     window = windows[silhouette.members[0]]
@@ -72,8 +73,8 @@ def place_objects(images: Sequence[ImageSilhouettes], covariances: Sequence[np.n
 def divide(image: ImageSilhouettes, silhouette: Silhouette, places: Mapping[int, np.ndarray]) -> list[tuple[int, Part]]:
     """Returns the parts of a silhouette that belong to its objects, with their places in the list of windows.
 
-    Each object takes the pixels that are nearest to it. One that hardly shows beside larger ones, or stands behind a
-    nearer one, has no part: its place is not seen.
+    Each object takes the pixels that are nearest to it. An object that hardly shows beside larger objects, or stands
+    behind a nearer object, gets no part: its place is not seen.
 
     Args:
         image: all silhouettes of the image.
@@ -96,7 +97,7 @@ def divide(image: ImageSilhouettes, silhouette: Silhouette, places: Mapping[int,
 def _groups(images: Sequence[ImageSilhouettes]) -> list[set[int]]:
     """Returns the groups of objects that must be placed together: they share silhouettes, directly or through others.
 
-    An object of which a part is covered is placed too, with those that share its silhouette.
+    A partly covered object is placed too, together with the objects that share its silhouette.
     """
     groups: list[set[int]] = []
     for image in images:
@@ -111,7 +112,7 @@ def _groups(images: Sequence[ImageSilhouettes]) -> list[set[int]]:
 
 
 def _view_of(image: ImageSilhouettes, members: Sequence[int]) -> tuple[ImageView, np.ndarray]:
-    """Returns what an image shows of some objects, and full-frame coordinates of its top left pixel [px]."""
+    """Returns the part of an image around some objects, and the full-frame coordinates of its top left pixel [px]."""
     mine = [each.pixels for each in image.expected if set(each.members) & set(members)]
     whole = np.bitwise_or.reduce(mine) if mine else np.zeros((1, 1), np.uint8)
     offset, empty = image.offset, None

@@ -67,7 +67,7 @@ class StereoGeometry:
         """Returns by how much a point appears beside where the cameras project it, shape (2, 2) [px], left and right.
 
         If the calibration is wrong, the rays to one point do not meet. These are the differences between its pixels and
-        those of the triangulated point.
+        the pixels of the triangulated point.
 
         Args:
             p_WQ: a point near it, shape (3,) [m].
@@ -162,7 +162,7 @@ class StereoGeometry:
 def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
     """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m].
 
-    The distortion of a pinhole with five coefficients is left out; that of wider lenses is not.
+    The distortion of a pinhole with five coefficients is ignored; the distortion of wider lenses is not.
     """
     if camera.is_wide:
         step = _STEP * float(np.linalg.norm(p_WQ - camera.X_WC[:3, 3]))

@@ -1,4 +1,4 @@
-"""Which of several tracked objects is followed, the target, and why there is no point of it."""
+"""The choice of the target among several tracked objects, and the reason for a missing point of the target."""
 
 from collections.abc import Sequence
 from enum import IntEnum
@@ -10,7 +10,7 @@ from drake_tracker.vision.silhouettes.track_3d import Track3D
 
 
 class Reason(IntEnum):
-    """Why there is no point of the target; the numbers are those of the messages."""
+    """Reasons for a missing point of the target; messages contain these numbers."""
 
     NONE = 0
     NO_OBJECT = 1

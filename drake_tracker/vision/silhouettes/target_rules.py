@@ -15,7 +15,7 @@ from drake_tracker.vision.silhouettes.track_3d import Track3D
 
 
 class _Rule:
-    """What the rules share.
+    """The common part of the rules.
 
     Args:
         settings: settings of the rule's kind.
@@ -79,7 +79,7 @@ class InsideRule(_Rule):
 
 
 class ColouredRule(_Rule):
-    """Chooses the object whose hue is most similar to that of a colour."""
+    """Chooses the object whose hue is most similar to the hue of a colour."""
 
     def __init__(self, settings: Coloured = Coloured()) -> None:
         super().__init__(settings)

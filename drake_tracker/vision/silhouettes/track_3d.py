@@ -17,8 +17,9 @@ TURN_TIME, FASTEST_TURN = 0.5, 3.0
 CORRELATED = 10.0
 """How many times as uncertain a measurement counts whose silhouette is merged: its error stays for many images."""
 TRUE_STD, TRUE_SHARED_STD = 0.65, 0.5
-"""Standard deviation of the error that was found, as a share of the one that the tracker works with, for objects apart
-and merged. It works with larger ones, so as not to lose an object whose error is unusually large."""
+"""Standard deviation of the measured error, as a share of the standard deviation in the tracker, for separate and
+merged objects. The tracker uses larger standard deviations, so as not to lose an object whose error is unusually
+large."""
 HEIGHT_BIAS = 0.045
 """Systematic error of the height as a share of the object's height: cameras above it see more of its top."""
 START_SPEED = 0.3
@@ -62,7 +63,7 @@ class Measurement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Track3D(FrozenState):
-    """A track: a Kalman filter of constant speed and turn rate, and what its object looks like.
+    """A track: a Kalman filter of constant speed and turn rate, and the appearance of its object.
 
     The filter serves to find the object in the next image. Paths are predicted by the estimators.
 

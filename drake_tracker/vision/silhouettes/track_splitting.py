@@ -17,12 +17,12 @@ from drake_tracker.vision.silhouettes.track_3d import Measurement, Track3D, new_
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
 LENGTH_KNOWN = 12
-"""Number of pairs of images from which the length of a silhouette is taken for that of an object."""
+"""Number of pairs of images from which the length of a silhouette is taken as the length of an object."""
 LONGEST_ROW = 4
 """Number of objects into which a long silhouette is divided at most."""
 GROWN, RIVAL = 1.25, 0.3
-"""A silhouette that is this many times as long as its object may show another one too, if the other image shows one
-that has at least this share of its pixels."""
+"""A silhouette that is this many times as long as its object may also show another object, if the other image shows a
+second silhouette with at least this share of the pixels."""
 SAME_VELOCITY = 0.1
 """Difference of the velocities [m/s] up to which two new tracks move alike."""
 ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
@@ -51,7 +51,8 @@ class TrackSplitting:
     def merged_in_one_image(
         self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]
     ) -> tuple[list[Track3D], list[Track3D]]:
-        """Returns the tracks, and new ones of objects that one image shows apart, and the other merged with a track's.
+        """Returns the tracks, and new tracks of objects that are separate in one image, and merged with the object of a
+        track in the other.
 
         The places of both objects follow from the image that shows them apart, and from the height at which the middle
         of both appears in the other image where the merged silhouette is. An object that is well known stays as it is.
@@ -102,7 +103,8 @@ class TrackSplitting:
     def come_apart(
         self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]
     ) -> tuple[list[Track3D], list[Track3D]]:
-        """Returns the tracks, and new ones of objects whose silhouettes came apart from that of a track in one image.
+        """Returns the tracks, and new tracks of objects whose silhouettes separated from the silhouette of a track in
+        one image.
 
         While two objects were merged in both images, they were one track. From the image in which they are apart, and
         the height of the track, follow the positions of both; the merged silhouette in the other image is then divided.
@@ -160,7 +162,7 @@ class TrackSplitting:
         return result
 
     def in_a_row(self, tracks: Sequence[Track3D], found: Sequence[Sequence[Region]]) -> list[Track3D]:
-        """Returns the tracks, with several instead of each one that is longer than an object can be.
+        """Returns the tracks; a track that is longer than an object can be is replaced by several tracks.
 
         Objects whose silhouettes are merged in both images from the start look like a single long one. They are guessed
         to be of equal lengths.

@@ -123,7 +123,7 @@ class Tracker:
         Args:
             state: the state before.
             foregrounds: of the left and the right image.
-            expected: {number of a track: what its estimator predicts for the stamp of the images}.
+            expected: {number of a track: prediction of its estimator for the stamp of the images}.
         """
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
@@ -273,7 +273,8 @@ class Tracker:
         return tracks
 
     def _cleaned(self, tracks: Sequence[Track3D], foregrounds: Sequence[Foreground]) -> tuple[Track3D, ...]:
-        """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
+        """Returns the tracks without ended tracks, which were not seen for long, and without second tracks of one
+        object."""
         settings = self.settings
         kept: list[Track3D] = []
         for track in sorted(tracks, key=lambda each: (each.number == 0, each.number, -each.hits)):
@@ -305,7 +306,7 @@ class Tracker:
         return True
 
     def _confirm(self, tracks: Sequence[Track3D], next_number: int) -> tuple[list[Track3D], int]:
-        """Returns the tracks with numbers for those that have been seen often enough, and the next free number."""
+        """Returns the tracks, with numbers for tracks that have been seen often enough, and the next free number."""
         confirmed = []
         for track in tracks:
             if track.number == 0 and track.hits >= self.settings.confirm_after:
@@ -317,7 +318,8 @@ class Tracker:
 def _shows(region: Region, track: Track3D) -> bool:
     """Returns whether a region shows enough of a track's object to locate it.
 
-    That a camera has turned away hides an unknown part. What the arm covers is known, and so is the size of the object.
+    If a camera has turned away, an unknown part of an object is hidden. The area covered by the arm and the size of the
+    object are known.
     """
     if region.covered:
         sized = track.shape.sized if region.beyond else track.shape.settled
@@ -327,7 +329,8 @@ def _shows(region: Region, track: Track3D) -> bool:
 
 
 def _inside(regions: Sequence[Region | None]) -> list[Region | None]:
-    """Returns the regions of an object, without one that the border cuts if the other image shows all of the object."""
+    """Returns the regions of an object, without a region that the border cuts if the other image shows the whole
+    object."""
     if any(region is not None and region.whole for region in regions):
         return [None if region is None or region.beyond else region for region in regions]
     return list(regions)

@@ -147,7 +147,7 @@ class TrackerSystem(LeafSystem):
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, Expected]:
-    """Returns {number of a track: what is expected at a stamp [s]}, from a message."""
+    """Returns {number of a track: expected state at a stamp [s]}, from a message."""
     found = {}
     for number, x, y, z, vx, vy, vz, std in message_rows(message, EXPECTED_FIELDS):
         if number > 0.0:
