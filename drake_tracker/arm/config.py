@@ -78,7 +78,7 @@ class HandEyeConfig:
         reach: largest displacement of a marker from its predicted place at which it is searched for [m].
     """
 
-    correct: bool = setting(True, "whether the target of the hand is corrected by what the cameras see of the hand")
+    correct: bool = setting(True, "whether the cameras' measurements of the hand correct its target")
     time_constant: ClassVar[float] = 0.06
     """Time in which the correction follows the measurements [s]; chosen."""
     largest_rate: ClassVar[float] = 0.1

@@ -14,7 +14,7 @@ def register(commands: Commands) -> None:
         "board",
         execute,
         help="print a calibration board to scale",
-        description="Writes a PDF page with a calibration board in its true size, a scale bar, and what to type for "
+        description="Writes a PDF page with a calibration board in its true size, a scale bar, and the command for "
         "drake-tracker calibrate.",
         next_step="drake-tracker calibrate LEFT RIGHT with the options on the page, after photographs of the board.",
     )

@@ -71,7 +71,7 @@ def execute(root: ArgumentParser, options: Namespace) -> int:
     import shtab
 
     words = {"scenarios": " ".join(_scenarios()), "settings": " ".join(_settings())}
-    preamble = {shell: text % words for shell, text in {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}.items()}
+    preamble = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}[options.shell] % words
     for parser in _parsers(root):
         for action in parser._actions:
             if action.dest in ("scenario", "overrides"):

@@ -12,7 +12,7 @@ def register(commands: Commands) -> None:
         "doctor",
         execute,
         help="check whether this machine can run the simulations",
-        description="Checks Python, packages, system libraries, models and the renderer, and says what is missing.",
+        description="Checks Python, packages, system libraries, models and the renderer, and names missing parts.",
         next_step="drake-tracker run train",
     )
 

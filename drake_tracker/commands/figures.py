@@ -25,7 +25,7 @@ def register(commands: Commands) -> None:
         "--bounds",
         type=Path,
         metavar="FILE",
-        help="bounds to draw, a JSON file of curves (default: those computed for this laboratory)",
+        help="bounds to draw, a JSON file of curves (default: the bounds of this laboratory)",
     )
 
 

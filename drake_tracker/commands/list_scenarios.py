@@ -25,7 +25,7 @@ def register(commands: Commands) -> None:
         execute,
         help="list the scenarios, or the settings of one",
         description="Lists the scenarios of the package. With a scenario: the settings that people change most, each "
-        "with its value, what is allowed, and its meaning.",
+        "with its value, the allowed values, and its meaning.",
         next_step="drake-tracker run SCENARIO --set KEY.PATH=VALUE",
     )
     command.add_argument("scenario", nargs="?", metavar="SCENARIO[:NAME]", help="show the settings of this scenario")

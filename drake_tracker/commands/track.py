@@ -32,7 +32,7 @@ def register(commands: Commands) -> None:
         commands,
         "track",
         execute,
-        help="track what moves in front of your own cameras",
+        help="track moving objects with your own cameras",
         description="Tracks the motion in one or two videos: a file, a folder or quoted pattern of images, the number "
         "of a camera, a ROS 2 bag as BAG:/topic, the folder of a recorded live session, or play:SOURCE, which plays a "
         "recording as if it were a camera. Leaves the track as a table, a picture and a video.",
@@ -92,7 +92,7 @@ def register(commands: Commands) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="track up to N objects, each with its number, its row per image and an estimator of its own",
+        help="track up to N objects, each with its number, its row per image and its own estimator",
     )
     command.add_argument(
         "--pick", action="store_true", help="show the object, or the part of the image, in a page of the browser"

@@ -261,7 +261,7 @@ class EncoderJump(FaultConfig):
     """The encoder reads a wrong distance, as after lost counts."""
 
     tasks: ClassVar[tuple[str, ...]] = CONVEYOR
-    distance: float = setting(0.3, "what is added to its distance", "m", (-10.0, 10.0))
+    distance: float = setting(0.3, "offset added to its distance", "m", (-10.0, 10.0))
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class GraspConfig:
     """Largest speed of the hand under the operator's control [m/s]; chosen."""
     when_stale: str = setting(
         "coast",
-        "what to do while no packets arrive: follow the predicted path, or stand still",
+        "behaviour without packets: follow the predicted path, or stand still",
         choices=("coast", "hold"),
     )
     silence: ClassVar[float] = 1.0

@@ -34,7 +34,7 @@ class Custom:
     call: str = setting("", "class or function that makes the part, as module.name")
     parameters: dict[str, float | bool | int | str] = setting({}, "keyword arguments of the call")
     folder: str = setting(
-        "", "folder of the module; empty: that of the scenario, the current folder, or an installed package"
+        "", "folder of the module; empty: the folder of the scenario, the current folder, or an installed package"
     )
     named_at: str = field(default="", compare=False, repr=False, kw_only=True)
     allowed: bool = field(default=True, compare=False, repr=False, kw_only=True)

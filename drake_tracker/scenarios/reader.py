@@ -289,7 +289,7 @@ def setting_words(schema: Any, prefix: str = "") -> Iterator[str]:
     """
     for field in settings_of(schema):
         kinds = kinds_of(field.type)
-        parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+        parts = [kind for kind in kinds if isinstance(kind, type) and dataclasses.is_dataclass(kind)]
         if len(parts) > 1:
             yield from (f"{prefix}{key_of(field)}={kind.__name__}" for kind in parts)
         elif not parts:

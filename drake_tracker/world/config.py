@@ -69,7 +69,7 @@ class Reverse(SpeedEvent):
 class ChangeSpeed(SpeedEvent):
     """The train runs faster or slower."""
 
-    factor: float = setting(0.5, "speed relative to that of the law", "", (0.0, 5.0))
+    factor: float = setting(0.5, "speed relative to the speed of the law", "", (0.0, 5.0))
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class TrainConfig:
     """The train: its appearance, its length, and when it starts."""
 
     body: str = setting("plain", "which of the train models runs", choices=TRAIN_BODIES)
-    colour: str = setting("", "main colour of the train, as #rrggbb; empty: that of the model")
+    colour: str = setting("", "main colour of the train, as #rrggbb; empty: the colour of the model")
     scale: float = setting(
         1.0, "length and mass relative to the model; width and height stay, for track and jaws", "", TRAIN_SCALES
     )

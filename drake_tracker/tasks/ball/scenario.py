@@ -107,7 +107,7 @@ class BallScenario(BaseScenario):
     ball: BallConfig = setting(BallConfig, "the ball")
     camera: BoardCameraConfig = setting(BoardCameraConfig, "the camera")
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
-    operator: OperatorConfig = setting(OperatorConfig, "what a person does before the run")
+    operator: OperatorConfig = setting(OperatorConfig, "work of a person before the run")
     vision: BoardVisionConfig = setting(BoardVisionConfig, "from images to points")
     estimator: InclinedPlane = setting(InclinedPlane, "from points to the predicted path")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
@@ -115,11 +115,11 @@ class BallScenario(BaseScenario):
     )
     guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 5 ms")
-    catch: CatchConfig = setting(CatchConfig, "what the hand does, and when")
+    catch: CatchConfig = setting(CatchConfig, "motions of the hand, and their conditions")
     arm: ARMS.union(Custom, without=arms_without(HandKind.CUP)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
-    faults: tuple[faults_of("ball"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
+    faults: tuple[faults_of("ball"), ...] = setting([], "injected faults, with their times")  # type: ignore[valid-type]
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""

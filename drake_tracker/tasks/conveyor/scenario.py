@@ -127,7 +127,7 @@ class ConveyorScenario(BaseScenario):
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
     eligibility: ClassVar[Eligibility] = Eligibility()
     window: PickWindow = setting(PickWindow, "where parts may be picked")
-    cycle: CycleTime = setting(CycleTime, "what the dispatcher knows about the time that the arm takes")
+    cycle: CycleTime = setting(CycleTime, "the dispatcher's model of the durations of the arm")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
     )
@@ -135,11 +135,11 @@ class ConveyorScenario(BaseScenario):
     servo: ConveyorServoConfig = setting(
         ConveyorServoConfig, "from packets of predicted path to set-points every 30 ms"
     )
-    pick: PickConfig = setting(PickConfig, "what the hand does, and when")
+    pick: PickConfig = setting(PickConfig, "motions of the hand, and their conditions")
     arm: ARMS.union(Custom, without=arms_without(HandKind.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
-    faults: tuple[faults_of("conveyor"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
+    faults: tuple[faults_of("conveyor"), ...] = setting([], "injected faults, with their times")  # type: ignore[valid-type]
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""

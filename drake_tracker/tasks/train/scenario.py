@@ -174,7 +174,7 @@ class TrainScenario(BaseScenario):
     hand: ClassVar[HandKind] = HandKind.GRIPPER
     task: str = setting("train", "name of the task")
     table_height: float = setting(0.45, "height of the table top", "m", (0.0, 1.5))
-    table_colour: str = setting("", "mean colour of the table top, as #rrggbb; empty: that of the model")
+    table_colour: str = setting("", "mean colour of the table top, as #rrggbb; empty: the colour of the model")
     track: TrackConfig = setting(TrackConfig, "the track and the speed of the train")
     train: TrainConfig = setting(TrainConfig, "the train")
     objects: tuple[OBJECTS.union(), ...] = setting(  # type: ignore[valid-type]
@@ -192,11 +192,11 @@ class TrainScenario(BaseScenario):
     guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
     hand_eye: HandEyeConfig = setting(HandEyeConfig, "how the cameras' view of a hand with markers corrects its target")
-    grasp: GraspConfig = setting(GraspConfig, "what the hand does, and when")
+    grasp: GraspConfig = setting(GraspConfig, "motions of the hand, and their conditions")
     arm: ARMS.union(Custom, without=arms_without(HandKind.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
-    faults: tuple[faults_of("train"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
+    faults: tuple[faults_of("train"), ...] = setting([], "injected faults, with their times")  # type: ignore[valid-type]
 
     @classmethod
     def present(cls, tree: Value, notes: list[str]) -> Value:

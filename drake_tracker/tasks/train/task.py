@@ -217,7 +217,7 @@ class TrainTask(Task[TrainScenario]):
             return super().replay_sources(scenario, start)
         if start == "centroids":
             raise DrakeTrackerError(
-                "a vision that tracks several objects cannot be replayed from centroids, which are those of the target "
+                "a vision that tracks several objects cannot be replayed from centroids, which belong to the target "
                 "only; use --from points for the recorded tracks, or --from images"
             )
         return ("tracks",) if start == "points" else resolve(scenario).arm_signals

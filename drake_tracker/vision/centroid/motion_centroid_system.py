@@ -310,7 +310,7 @@ def add_motion_centroid(
     if type(detector) in DETECTORS.makers:
         detector = make_detector(detector, window=window, period=period)
     elif window is not None:
-        raise DrakeTrackerError("a detector object has a window of its own; pass the window to the detector")
+        raise DrakeTrackerError("a detector object has its own window; pass the window to the detector")
     if lag_cycles is None:
         lag_cycles = detector.stamp_age_cycles + image_latency + 1
     steps = delay_cycles(lag_cycles, detector.stamp_age_cycles) - image_latency

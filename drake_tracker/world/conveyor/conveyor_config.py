@@ -54,7 +54,7 @@ class ArrivalsConfig:
     )
     bunch_size: float = setting(3.0, "for bunches: mean number of parts in a bunch", "", (1.0, 20.0))
     variation: float = setting(
-        0.3, "for even: largest deviation of a space between parts from the mean one, as a share of it", "", (0.0, 1.0)
+        0.3, "for even: largest deviation of a space between parts from the mean space, as a share", "", (0.0, 1.0)
     )
     mix: ClassVar[tuple[float, ...]] = (1.0, 1.0, 1.0)
     """How often boxes, discs and ells come, relative to each other; chosen."""

@@ -19,7 +19,7 @@ class Train:
     """
 
     body: str = setting("striped", "which of the train models runs", choices=TRAIN_BODIES)
-    colour: str = setting("", "main colour of the train, as #rrggbb; empty: that of the model")
+    colour: str = setting("", "main colour of the train, as #rrggbb; empty: the colour of the model")
     scale: float = setting(1.0, "length and mass relative to the model", "", TRAIN_SCALES)
     start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
     ahead: float = setting(
@@ -30,7 +30,7 @@ class Train:
     )
     speed: float | None = setting(None, "mean speed; null: the speed of its track", "m/s", (0.0, 1.0))
     track: TrackConfig | None = setting(
-        None, "a track of its own, with the settings of track; null: that of the first train"
+        None, "a separate track, with the settings of track; null: the track of the first train"
     )
 
 
