@@ -70,7 +70,8 @@ class ArmClearance:
             filters.Apply(CollisionFilterDeclaration().ExcludeWithin(GeometrySet([pair.id_A, pair.id_B])))
 
     def nearness(self, q: np.ndarray) -> Nearness | None:
-        """Returns what a link is nearer to than the margin at joint positions q, shape (n,) [rad]; None: nothing."""
+        """Returns the body to which a link is nearer than the margin at joint positions q, shape (n,) [rad]; None:
+        nothing."""
         pairs = self._pairs(q, self._margin)
         if not pairs:
             return None

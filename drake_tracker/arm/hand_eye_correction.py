@@ -121,7 +121,7 @@ class HandEyeCorrection:
         Args:
             state: the state before.
             time: of the tick [s].
-            measurement: the newest `HandPoint` vector that has arrived; one that was used before is ignored.
+            measurement: the newest `HandPoint` vector that has arrived; a vector that was used before is ignored.
         """
         hand = HandPoint(measurement)
         if hand.valid and hand.stamp != state.stamp:

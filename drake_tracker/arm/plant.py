@@ -71,7 +71,8 @@ def couple_fingers(
 
 
 def actuators_of(plant: MultibodyPlant, instance: ModelInstanceIndex) -> list[JointActuator]:
-    """Returns the actuators of a model instance, in order. Unlike the plant's own list, also before Finalize()."""
+    """Returns the actuators of a model instance, in order. Unlike the plant's own list, this list is also available
+    before Finalize()."""
     actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
     return [actuator for actuator in actuators if actuator.model_instance() == instance]
 

@@ -37,8 +37,8 @@ class MeasuredPartsSystem(LeafSystem):
     ``truth_part_states``: 13 numbers per part, as of a free body. ``parts``: a `PartTracks` of the present cycle,
     without the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
 
-    Each part has a constant error, as of its shape, and a new one in every cycle. A part keeps its number: measured
-    vision never confuses two parts.
+    The error of each part is the sum of a constant, such as an error of its shape causes, and of noise that is drawn
+    anew in every cycle. A part keeps its number: measured vision never confuses two parts.
 
     Args:
         settings: standard deviations of the errors.

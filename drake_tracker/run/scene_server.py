@@ -57,7 +57,7 @@ class SceneServer(BackgroundServer):
     Attributes:
         meshcat: see above.
         url: address of the page. The name differs from that of the live page, so that a browser draws the scene in a
-            process of its own and the live page stays responsive.
+            separate process and the live page stays responsive.
     """
 
     def __init__(self, meshcat: tuple[str, int]) -> None:

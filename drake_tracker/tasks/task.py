@@ -227,7 +227,7 @@ class Task(Protocol[Scenario]):
         ...
 
     def judged_log(self, scenario: Scenario, log: Log) -> Log:
-        """Returns the log of a run in which ``truth_signal`` is the state of the object that the run was about.
+        """Returns the log of a run in which ``truth_signal`` is the state of the target.
 
         Args:
             scenario: the scenario of the run.

@@ -55,7 +55,7 @@ class GraspState(OperatedState):
         seen_since: time since when the target has been valid and fresh [s], infinity while it is not.
         newest: stamp of the newest packet on which a target rested [s].
         heard: time at which it was first seen [s].
-        object: number of the track that the newest packet is about, 0 with a host that tracks only one object.
+        object: number of the track of the newest packet, 0 with a host that tracks only one object.
         followed: the same when the phase began.
         gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
         jaws_moved: last time at which the opening of the jaws changed [s].

@@ -144,7 +144,7 @@ def align_to(image: np.ndarray, shift: GlobalImageMotion) -> np.ndarray:
 
 
 def clear_border(mask: np.ndarray, displacement: float) -> np.ndarray:
-    """Returns a mask without its border, of which not all aligned images show something.
+    """Returns a mask without its border, which not all aligned images show.
 
     Args:
         mask: uint8 (h, w).

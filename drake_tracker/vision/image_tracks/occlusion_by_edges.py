@@ -82,7 +82,7 @@ class EdgeMotion(FrozenState):
 def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> ImageObjects:
     """Returns the objects in an image, those whose region moves freely and has their size at its centroid.
 
-    A track that began when only a part of its object was seen may go on to find it by that part, beside its region.
+    A track that began with a partly visible object may continue with this part only, beside the region of the object.
 
     Args:
         view: the objects.

@@ -18,7 +18,7 @@ GATE = 16.0
 """Squared Mahalanobis distance up to which a ray may lead to an object: 99.97 % in two dimensions. Gaps up to its root
 times the usual one belong to one object."""
 LEAST_GAP = 1.0 / 16.0
-"""Standard deviation of a gap that is always usual, as a share of the largest one."""
+"""Standard deviation of a gap that counts as usual in any case, as a share of the largest allowed gap."""
 USUAL_WEIGHT = 0.02
 """Weight of the newest gap in the usual one."""
 _SMALLER = 0.5 * math.log(LIKE)

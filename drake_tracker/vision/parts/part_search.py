@@ -80,8 +80,8 @@ class PartSearch:
 
         Args:
             masks: the foreground of each camera's image that belongs to no track, uint8 (h, w), 255 there.
-            unseen: the part of the belt that each image does not show, uint8 (h, w), 255 there. A part there is not
-                whole.
+            unseen: the part of the belt that each image does not show, uint8 (h, w), 255 there. A part at such a place
+                is truncated.
         """
         common = self._common(masks)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(common, connectivity=8)

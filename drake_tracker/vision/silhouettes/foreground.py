@@ -26,7 +26,7 @@ class Foreground(FrozenState):
         displacement: of the camera's images by that motion [px].
         missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
         border: uint8 (h, w), 255 along the border of the examined area, and beyond it, or None.
-        hand: by how much the markers show the hand displaced to the right and downwards, shape (2,) [px].
+        hand: displacement of the hand by its markers, to the right and downwards, shape (2,) [px].
     """
 
     stamp: float

@@ -94,7 +94,7 @@ def make_regions(silhouettes: ImageSilhouettes, places: Mapping[int, np.ndarray]
 
     Args:
         silhouettes: of the image.
-        places: where objects stand that do not show as a whole: {place in the list of windows: (u, v) [px]}.
+        places: places of partly hidden objects: {index of the window: (u, v) [px]}.
         colours: whether to compute the colours of the regions.
     """
     regions = []

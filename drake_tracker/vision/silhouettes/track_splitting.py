@@ -54,8 +54,9 @@ class TrackSplitting:
         """Returns the tracks, and new tracks of objects that are separate in one image, and merged with the object of a
         track in the other.
 
-        The places of both objects follow from the image that shows them apart, and from the height at which the middle
-        of both appears in the other image where the merged silhouette is. An object that is well known stays as it is.
+        The image with separate silhouettes gives the directions to both objects. Their common height is the height at
+        which the middle of both objects projects onto the merged silhouette of the other image. An object that is well
+        known stays as it is.
         """
         kept, new = list(tracks), []
         for side, other in ((0, 1), (1, 0)):

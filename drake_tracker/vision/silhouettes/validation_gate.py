@@ -12,7 +12,7 @@ UNCONFIRMED = -1
 
 @dataclass(frozen=True, eq=False)
 class ValidationGate:
-    """Where an object is expected in one image.
+    """The expected place of an object in one image.
 
     Attributes:
         track: number of its track.

@@ -180,9 +180,9 @@ class SceneRenderer:
     """Makes images of a `SceneCopy` with a scene graph and a `RenderEngineVtk` of its own.
 
     The renderings are the same as those of an `RgbdSensor`, bit for bit, if its renderer was added to the complete
-    scene. Where two surfaces coincide, an image depends on the order in which they are drawn, which is that of Drake's
-    hash tables of geometry ids. The copy therefore has as many geometries as the scene, with the same differences
-    between their ids.
+    scene. Where two surfaces coincide, an image depends on the drawing order, which is the order in Drake's hash tables
+    of geometry ids. The copy therefore has as many geometries as the scene, with the same differences between their
+    ids.
 
     Args:
         copy: the scene.
