@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import Box, SceneGraph
+from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
@@ -16,7 +16,7 @@ from drake_tracker.core.timing import BALL_TIME_STEP
 from drake_tracker.world.ball.ball_board import BALL_RADIUS, draw_board_pose, draw_pegs, draw_start
 from drake_tracker.world.ball.ball_fixtures import GATE_TRAVEL, TABLE_HEIGHT, WOOD, add_board, add_distractor, add_gate
 from drake_tracker.world.config import BallConfig, BoardConfig
-from drake_tracker.world.train.plant import add_plant, add_table
+from drake_tracker.world.train.plant import add_ground, add_plant, add_table
 
 TABLE_X = 0.49
 """Distance by which the table under the board is moved away from the arm [m]: the cup goes below the table's top."""
@@ -91,8 +91,7 @@ def add_ball_laboratory(
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
     table = add_table(plant, height=TABLE_HEIGHT, x=TABLE_X)
     ball_instance = add_ball(plant)
-    X_WFloor = RigidTransform([0.0, 0.0, -0.05])
-    plant.RegisterCollisionGeometry(plant.world_body(), X_WFloor, Box(4.0, 4.0, 0.1), "floor", WOOD.properties())
+    add_ground(plant, table=table, size=(4.0, 4.0, 0.1), material=WOOD.properties())
 
     X_WB = draw_board_pose(board, seed)
     pegs = draw_pegs(board, seed)

@@ -22,7 +22,7 @@ from drake_tracker.world.conveyor.conveyor_config import SIDES, BeltConfig, Tray
 from drake_tracker.world.conveyor.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.painted_mesh import memory_mesh
 from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
-from drake_tracker.world.train.plant import add_plant, add_table
+from drake_tracker.world.train.plant import add_ground, add_plant, add_table
 from drake_tracker.world.visual_mesh import add_visual_mesh, merge, obj_text, prism, rectangle
 
 SLAB_THICKNESS = 0.02
@@ -110,10 +110,7 @@ def add_conveyor_laboratory(
     couple_fingers(plant, parts.gripper, description, grip_force)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
     table = add_table(plant, height=belt.height - TABLE_BELOW)
-    X_WFloor = RigidTransform([0.0, 0.0, -0.5 * _FLOOR[2]])
-    plant.RegisterCollisionGeometry(
-        plant.world_body(), X_WFloor, Box(*_FLOOR), "floor", CoulombFriction(FRICTION, FRICTION)
-    )
+    add_ground(plant, table=table, size=_FLOOR, material=CoulombFriction(FRICTION, FRICTION))
     belt_body = add_belt(plant, belt=belt, travel=motion.distance(duration))
     trays = add_trays(plant, tray=tray, height=belt.height)
     part_bodies = tuple(

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pydrake.geometry import Role, SceneGraph
+from pydrake.geometry import Box, ProximityProperties, Role, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
-from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.arm.description import ArmDescription
@@ -138,6 +138,28 @@ def add_table(plant: MultibodyPlant, *, height: float, x: float = 0.0) -> ModelI
     X_WTable = RigidTransform([x, 0.0, height - TABLE_MODEL_HEIGHT])
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table", table), X_WTable)
     return table
+
+
+def add_ground(
+    plant: MultibodyPlant,
+    *,
+    table: ModelInstanceIndex,
+    size: Sequence[float],
+    material: CoulombFriction | ProximityProperties,
+) -> None:
+    """Adds the floor, whose upper face is z_W = 0, as a body that is welded to the world.
+
+    Drake 1.51 crashes if geometry of the world body touches a body while the joint of any body is locked (issue 24773).
+
+    Args:
+        plant: not yet finalized.
+        table: model instance to which the body of the floor belongs.
+        size: along x, y and z [m].
+        material: friction, or all properties of contact.
+    """
+    floor = plant.AddRigidBody("floor", table, SpatialInertia.Zero())
+    plant.WeldFrames(plant.world_frame(), floor.body_frame())
+    plant.RegisterCollisionGeometry(floor, RigidTransform([0.0, 0.0, -0.5 * size[2]]), Box(*size), "floor", material)
 
 
 def hide_table_frame(laboratory: Laboratory) -> None:

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 from conveyor_world import HEIGHT, KINDS, World, arrival
+from pydrake.geometry import Role
 from pydrake.systems.analysis import Simulator
 
+from drake_tracker import initialise, make_diagram
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.loader import load_scenario
@@ -145,3 +147,20 @@ def test_no_part_near_the_fingers_is_held():
     y, travelled = held.states[0, 5], motion.distance(0.6)
     assert y < belt.entry - BEFORE_ENTRY and held.locked == [False, True]
     assert y == pytest.approx(travelled - 0.3, abs=5e-5)
+
+
+def test_a_part_falls_to_the_floor_while_another_is_locked():
+    """Contact with geometry of the world body crashed Drake while a joint was locked (Drake issue 24773)."""
+    held = Held([arrival(0.1, x=0.95), arrival(25.0)])
+    held.advance(1.0)
+    assert held.locked == [False, True]
+    assert held.states[0, 6] < 0.1, "it lies on the floor"
+
+
+@pytest.mark.parametrize("name", ["train", "ball", "conveyor:measured"])
+def test_no_geometry_of_the_world_body_takes_part_in_contacts(name):
+    scenario = load_scenario(name)
+    world = make_diagram(scenario, initialise(scenario) if name == "ball" else None).world
+    plant, inspector = world.laboratory.plant, world.laboratory.scene_graph.model_inspector()
+    frame = plant.GetBodyFrameIdOrThrow(plant.world_body().index())
+    assert not inspector.GetGeometries(frame, Role.kProximity)
