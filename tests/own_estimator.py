@@ -84,6 +84,68 @@ class Raises(StraightOn):
         return state.nothing
 
 
+class ReturnsNone(StraightOn):
+    def predict(self, state, times):
+        return None
+
+
+class Exits(StraightOn):
+    def update(self, state, stamp, p_WQ):
+        raise SystemExit(0)
+
+
+class NegativeDeviation(StraightOn):
+    def predict_std(self, state, times):
+        return np.full(len(times), -self.std)
+
+
+class Bending(StraightOn):
+    """Goes on along a circle of 0.1 m, as the path does."""
+
+    def predict(self, state, times):
+        rows = super().predict(state, times)
+        rows[:, 3] += (np.asarray(times) - state.stamp) * 2.0
+        return rows
+
+
+class WrappedYaw(Bending):
+    def predict(self, state, times):
+        rows = super().predict(state, times)
+        rows[:, 3] = np.arctan2(np.sin(rows[:, 3]), np.cos(rows[:, 3]))
+        return rows
+
+
+class YawInDegrees(StraightOn):
+    def predict(self, state, times):
+        rows = super().predict(state, times)
+        rows[:, 3] = np.rad2deg(rows[:, 3])
+        return rows
+
+
+class Remembers(StraightOn):
+    """Smooths the points with a memory on the estimator itself."""
+
+    last = None
+
+    def update(self, state, stamp, p_WQ):
+        if p_WQ is not None:
+            self.last = p_WQ if self.last is None else 0.5 * (p_WQ + self.last)
+            p_WQ = self.last
+        return super().update(state, stamp, p_WQ)
+
+
+class DrawsNumbers(StraightOn):
+    def __init__(self):
+        super().__init__()
+        self.random = np.random.default_rng(0)
+
+    def predict_std(self, state, times):
+        return np.full(len(times), self.std)
+
+    def update(self, state, stamp, p_WQ):
+        return super().update(state, stamp, None if p_WQ is None else p_WQ + self.random.normal(scale=1e-3, size=3))
+
+
 class WithoutStd:
     initial_state = update = ready = predict = StraightOn.initial_state
 

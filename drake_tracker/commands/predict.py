@@ -1,11 +1,10 @@
 """``drake-tracker predict``: predicts the path of an object from measured points in a file."""
 
 import csv
+import math
 from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from drake_tracker.commands.common import NOT_TAKEN, SUCCESS, Commands, add_command, quiet_drake
 from drake_tracker.core.errors import DrakeTrackerError
@@ -43,6 +42,8 @@ def register(commands: Commands) -> None:
 def execute(options: Namespace) -> int:
     """Prints how well the estimator predicts; returns the exit code."""
     quiet_drake()
+    import numpy as np
+
     from drake_tracker.estimation.points_file import predict_points, read_points
     from drake_tracker.own_cameras.scale import ESTIMATOR_SETTINGS, own_estimator
     from drake_tracker.scenarios.reader import read_option
@@ -77,12 +78,10 @@ def _write(path: Path, found: "Predictions") -> None:
             writer = csv.writer(file)
             writer.writerow(_COLUMNS)
             for stamp, row, std, error in zip(*found, strict=True):
-                writer.writerow([f"{stamp:.6f}", *(f"{value:.6f}" for value in (*row, std)), _text(error)])
+                writer.writerow(
+                    [f"{value:.6f}" for value in (stamp, *row, std)] + ["" if math.isnan(error) else f"{error:.6f}"]
+                )
     except FileExistsError:
         raise DrakeTrackerError(f"--out {path}: this file exists; name a new one") from None
     except OSError as error:
         raise DrakeTrackerError(f"--out {path}: cannot be written: {error.strerror}") from None
-
-
-def _text(error: float) -> str:
-    return f"{error:.6f}" if np.isfinite(error) else ""

@@ -18,6 +18,10 @@ class MachineError(DrakeTrackerError):
     """This machine cannot do the job, whatever the scenario. For example, it cannot render images."""
 
 
+class PartError(DrakeTrackerError):
+    """A custom part raised an error or returned a wrong result. The message names part and method."""
+
+
 class DrakeTrackerWarning(UserWarning):
     """The input is accepted, but means something else than the user may expect. The message is one line."""
 

@@ -12,6 +12,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.diagrams.custom import make_custom
+from drake_tracker.estimation.checked_estimator import CheckedEstimator
 from drake_tracker.estimation.estimator import Estimator, check_estimator, make_estimator
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -90,8 +91,9 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
     """
     if isinstance(settings, Custom):
         estimator = make_custom(settings, where, Estimator)
-        check_estimator(estimator, f"{where}: {settings.call}")
-        return estimator
+        name = f"{where}: {settings.call}"
+        check_estimator(estimator, name)
+        return CheckedEstimator(estimator, name)
     return make_estimator(settings, **context)
 
 

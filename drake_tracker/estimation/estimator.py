@@ -5,13 +5,15 @@ therefore be resumed from any earlier state, and a Drake Context can be cloned a
 estimator on two seconds of points and reports the first violation in one line.
 """
 
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from drake_tracker.core.errors import DrakeTrackerError, raised
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.registry import Registry
 from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING, VISION_PERIOD
+from drake_tracker.estimation.checked_estimator import CheckedEstimator
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, InclinedPlane
 
 ESTIMATORS: "Registry[Estimator[Any]]" = Registry(
@@ -117,14 +119,20 @@ class LimitedNoise(Estimator[State], Protocol[State]):
 METHODS = tuple(name for name in vars(Estimator) if not name.startswith("_"))
 """Names of the methods of an `Estimator`."""
 _DURATION, _RADIUS, _SPEED, _HEIGHT = 2.0, 0.2, 0.15, 0.47
+_MISSING = 40
+"""Number of the point that is missing."""
+_SLOWEST, _LARGEST_ANGLE = 0.02, 1.0
+"""From this speed on [m/s], the yaw may differ from the direction of the predicted path by this angle [rad] at most."""
 
 
 def check_estimator(estimator: Any, name: str | None = None) -> None:
     """Raises DrakeTrackerError, one line, when an estimator cannot be used in the loop.
 
     The estimator is given points on a circle of 0.2 m radius at 0.15 m/s, 60 per second for 2 s, one of them missing.
-    From the time that it is ready, its predictions must have the shapes that `Estimator` describes and be finite. No
-    update may change a state that was returned before, because a run is replayed from such states.
+    From the time that it is ready, its predictions must have the shapes that `Estimator` describes and be finite, the
+    yaw must be the direction of the path, continuous and in radians, and no standard deviation may be negative. No
+    update may change a state that was returned before, because a run is replayed from such states. A second object,
+    whose points come in between, must not change the predictions.
 
     Args:
         estimator: what is checked.
@@ -134,47 +142,74 @@ def check_estimator(estimator: Any, name: str | None = None) -> None:
     missing = [method for method in METHODS if not callable(getattr(estimator, method, None))]
     if missing:
         raise DrakeTrackerError(f"{name} has no method {', '.join(missing)}; an estimator has {', '.join(METHODS)}")
-    try:
-        error_found = _find_error(estimator)
-    except (Exception, SystemExit) as error:
-        raise DrakeTrackerError(f"{name} {raised(error)}") from error
-    if error_found:
-        raise DrakeTrackerError(f"{name}.{error_found}")
+    checked = CheckedEstimator(estimator, name)
+    alone = _predict(checked, [_point], f"{name}.update changed the state that it was given; it must return a new one")
+    together = _predict(checked, [_point, _other_point])
+    if len(alone) != len(together) or not all(map(np.array_equal, alone, together)):
+        raise DrakeTrackerError(
+            f"{name} gave other predictions for the same points when it was given a second object in between; all "
+            "memory must be in the state, and random numbers must follow from it"
+        )
+    if alone:
+        steps = np.diff(alone[-1][:, :2], axis=0)
+        moving = np.hypot(*steps.T) > _SLOWEST * KNOT_SPACING
+        wrong = np.abs(np.angle(np.exp(1j * (alone[-1][:-1, 3] - np.arctan2(steps[:, 1], steps[:, 0])))))[moving]
+        if len(wrong) and np.median(wrong) > _LARGEST_ANGLE:
+            raise DrakeTrackerError(
+                f"{name}.predict returned a yaw that is {np.median(wrong):.2f} rad from the direction in which the "
+                "predicted path leads; it must be this direction, in radians"
+            )
 
 
-def _find_error(estimator: Estimator[Any]) -> str | None:
-    """Returns the violation, beginning with the name of the method; None if nothing is."""
-    state = estimator.initial_state()
-    if not hasattr(state, "stamp"):
-        return f"initial_state returned a {type(state).__name__} without stamp, the capture time of the newest point"
+def _predict(
+    estimator: CheckedEstimator, objects: Sequence[Callable[[float], np.ndarray]], changed: str = ""
+) -> list[np.ndarray]:
+    """Returns the predictions for the first object after each of its points, from when the estimator is ready.
+
+    Args:
+        estimator: gets the points of all objects in turn, each with its own state.
+        objects: functions that return the place of an object at a time.
+        changed: if given, message of the error that is raised when an update changes an earlier state.
+    """
+    states, rows = [estimator.initial_state() for _ in objects], []
     for k in range(round(_DURATION / VISION_PERIOD)):
         stamp = (k + 1) * VISION_PERIOD
-        if k == 40:
-            if estimator.update(state, stamp, None) is not state:
-                return "update must return the same state when the point is None"
-            continue
         times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-        before = estimator.predict(state, times) if estimator.ready(state) else None
-        new = estimator.update(state, stamp, _point(stamp))
-        if new is state:
-            return "update returned the same state for a new point; it must return a new one"
-        if getattr(new, "stamp", None) != stamp:
-            return f"update returned a state with stamp {getattr(new, 'stamp', None)} for a point of {stamp:.4f} s"
-        if before is not None:
-            for method, shape, columns in (("predict", (KNOT_COUNT, 4), " (rows x, y, z, yaw)"),
-                                           ("predict_std", (KNOT_COUNT,), "")):  # fmt: skip
-                result = np.asarray(getattr(estimator, method)(new, times), dtype=float)
-                if result.shape != shape:
-                    return f"{method} returned the shape {result.shape} for {KNOT_COUNT} times, not {shape}{columns}"
-                if not np.all(np.isfinite(result)):
-                    return f"{method} returned a number that is not finite"
-            if not np.array_equal(before, estimator.predict(state, times)):
-                return "update changed the state that it was given; it must return a new one"
-        state = new
-    return None
+        for number, place in enumerate(objects):
+            state = states[number]
+            before = estimator.predict(state, times) if changed and estimator.ready(state) else None
+            p_WQ = None if k == _MISSING else place(stamp)
+            states[number] = new = estimator.update(state, stamp, p_WQ)
+            _check_state(estimator.name, state, new, stamp, p_WQ)
+            if not estimator.ready(new):
+                continue
+            predicted = estimator.predict(new, times)
+            estimator.predict_std(new, times)
+            if before is not None and not np.array_equal(before, estimator.predict(state, times)):
+                raise DrakeTrackerError(changed)
+            if number == 0:
+                rows.append(predicted)
+    return rows
+
+
+def _check_state(name: str, state: Any, new: Any, stamp: float, p_WQ: np.ndarray | None) -> None:
+    """Raises DrakeTrackerError unless ``new`` is a state after the point ``p_WQ`` that was seen at ``stamp`` [s]."""
+    if p_WQ is None:
+        if new is not state:
+            raise DrakeTrackerError(f"{name}.update must return the same state when the point is None")
+    elif new is state:
+        raise DrakeTrackerError(f"{name}.update returned the same state for a new point; it must return a new one")
+    elif getattr(new, "stamp", None) != stamp:
+        found = getattr(new, "stamp", None)
+        raise DrakeTrackerError(f"{name}.update returned a state with stamp {found} for a point of {stamp:.4f} s")
 
 
 def _point(time: float) -> np.ndarray:
     """Returns the point on the circle at ``time`` [s], shape (3,), in W [m]."""
     angle = _SPEED / _RADIUS * time
     return np.array([0.56 + _RADIUS * np.cos(angle), _RADIUS * np.sin(angle), _HEIGHT])
+
+
+def _other_point(time: float) -> np.ndarray:
+    """Returns a point on another circle at another speed, shape (3,), in W [m]."""
+    return np.array([0.3, -0.3, _HEIGHT]) + 0.1 * np.array([np.sin(0.8 * time), np.cos(0.8 * time), 0.0])

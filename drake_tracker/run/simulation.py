@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.errors import DrakeTrackerError, FirstError
+from drake_tracker.core.errors import DrakeTrackerError, FirstError, PartError
 from drake_tracker.core.files.atomic_file import unwritable, write_text
 from drake_tracker.core.log import LOG_FILE, save_log
 from drake_tracker.core.processes.signals import held
@@ -172,5 +172,7 @@ def _advance(
                     stream.remove()
                 raise
             monitor.interrupted = True
+            if isinstance(error, PartError):
+                return PartError(f"{error}, at {simulator.get_context().get_time():.3f} s of the run")
             return error
     return None

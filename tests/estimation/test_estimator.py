@@ -66,7 +66,17 @@ def test_a_custom_estimator_passes():
         (own_estimator.WithoutYaw, ".predict returned the shape (31, 3) for 31 times, not (31, 4) (rows x, y, z, yaw)"),
         (own_estimator.OneDeviation, ".predict_std returned the shape () for 31 times, not (31,)"),
         (own_estimator.NotFinite, ".predict returned a number that is not finite"),
-        (own_estimator.Raises, " raised AttributeError: 'Newest' object has no attribute 'nothing' (own_estimator.py"),
+        (
+            own_estimator.Raises,
+            ".ready raised AttributeError: 'Newest' object has no attribute 'nothing' (own_estimator.py",
+        ),
+        (own_estimator.ReturnsNone, ".predict returned the shape () for 31 times, not (31, 4)"),
+        (own_estimator.Exits, ".update raised SystemExit: 0 (own_estimator.py line"),
+        (own_estimator.NegativeDeviation, ".predict_std returned -0.01; it must return 0 to 1000 m"),
+        (own_estimator.WrappedYaw, ".predict returned a yaw that changes by 6."),
+        (own_estimator.YawInDegrees, ".predict returned a yaw that is "),
+        (own_estimator.Remembers, " gave other predictions for the same points when it was given a second object"),
+        (own_estimator.DrawsNumbers, " gave other predictions for the same points when it was given a second object"),
         (own_estimator.without_stamp, ".initial_state returned a NoneType without stamp"),
     ],
 )

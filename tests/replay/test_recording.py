@@ -110,7 +110,10 @@ def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["--from", "centroids"], "cannot be replayed from centroids, which are those of the target only; use --from"),
+        (
+            ["--from", "centroids"],
+            "cannot be replayed from centroids, which belong to the target only; use --from points",
+        ),
         (["--set", "vision.method.target=!Largest {}"], "vision.method.target has no effect in a replay from points"),
         (
             ["--from", "images", "--set", "vision.method.detector.centroid=mean"],

@@ -99,7 +99,7 @@ def test_names_are_free_and_a_window_belongs_to_settings():
     parts = [add_motion_centroid(builder, detector=FrameDifference()) for _ in range(3)]
     assert [part.system.get_name() for part in parts] == ["motion", "motion_2", "motion_3"]
     assert [part.delay.get_name() for part in parts] == ["motion_lag", "motion_2_lag", "motion_3_lag"]
-    with pytest.raises(DrakeTrackerError, match="a window of its own"):
+    with pytest.raises(DrakeTrackerError, match="a detector object has its own window"):
         add_motion_centroid(builder, detector=NormalFlowDetector(), window=np.ones((4, 4)))
 
 
