@@ -24,7 +24,7 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import ESTIMATOR_SLOT, LINK_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""LCM's own group and port; with ttl 0 nothing leaves this machine."""
+"""LCM's own group and port; ttl 0 stands for this machine only, see `open_bus`."""
 PREFIX = "DRAKE_TRACKER_"
 CAMERAS = ("camera_left", "camera_right")
 """Ports with the images of the cameras."""
