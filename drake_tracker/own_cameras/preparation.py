@@ -1,5 +1,6 @@
 """Prepares a track of your own cameras: checks the options, opens the footage, builds the diagram."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
@@ -13,7 +14,7 @@ from drake_tracker.cameras.files.calibration_file import load_pose
 from drake_tracker.cameras.files.camera_files import OWN, load_cameras
 from drake_tracker.cameras.files.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.cameras.latency.camera_latency import load_latencies
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
 from drake_tracker.footage.recording import FootageRecorder, find_recordings
@@ -33,8 +34,9 @@ from drake_tracker.vision.image_tracks.pyramid_level import reduced_pixel, reduc
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 LEAST_RATE, GREATEST_RATE = 0.01, 1e5
 """Lowest and highest number of images per second; the fastest cameras take some 1e5 at a useful size."""
-_PRINCIPAL_POINT = (0.25, 0.75)
-"""Where a principal point lies in an image, as fractions of its width and height."""
+_OFF_CENTRE = 0.08
+"""Largest distance of a principal point from the middle of the image, as a share of the width and of the height. It is
+accepted where a file does not contain the size of its images; images of 5/4 the size are further from it."""
 _RAYS = 9
 """Number of rays across the width and the height of an image by which a plane is looked for."""
 _MODULES = (
@@ -280,12 +282,20 @@ def _sized(model: CameraModel, footage: Footage, where: str) -> CameraModel:
     """
     if model.width == UNKNOWN_SIZE:
         model = replace(model, width=footage.size[0], height=footage.size[1])
-        middle = model.K[:2, 2] / footage.size
-        if not ((middle > _PRINCIPAL_POINT[0]) & (middle < _PRINCIPAL_POINT[1])).all():
+        suggested = 2.0 * model.K[:2, 2] + 1.0
+        size = f"{suggested[0]:.0f} x {suggested[1]:.0f} px"
+        if (np.abs(suggested / footage.size - 1.0) > 2.0 * _OFF_CENTRE).any():
             raise DrakeTrackerError(
-                f"{where} has its principal point at ({model.K[0, 2]:.0f}, {model.K[1, 2]:.0f}) px, but {footage.name} "
-                f"has {footage.size[0]} x {footage.size[1]} px; calibrate with images of that size"
+                f"{where} does not contain the size of its images; the principal point suggests about {size}, but "
+                f"{footage.name} has {footage.size[0]} x {footage.size[1]} px; calibrate with images of that size, or "
+                "add the size to the file"
             )
+        warnings.warn(
+            f"{where} does not contain the size of its images; the principal point suggests about {size}, and "
+            f"{footage.size[0]} x {footage.size[1]} px are assumed",
+            DrakeTrackerWarning,
+            stacklevel=2,
+        )
     if (model.width, model.height) != footage.size:
         raise DrakeTrackerError(
             f"{where} was calibrated at {model.width} x {model.height} px, but {footage.name} has "

@@ -13,7 +13,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.files.calibration_file import save_calibration
 from drake_tracker.cameras.files.camera_files import save_foreign
 from drake_tracker.commands.track import split_calibration
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.own_cameras.preparation import prepare_track
 
 TIMES = np.arange(30) / 30.0
@@ -95,10 +95,17 @@ def test_the_images_give_the_size_that_a_file_does_not_contain(tmp_path, films):
     text = re.sub(r"image_size\d: !!opencv-matrix\n( .*\n)+|image_(width|height): .*\n", "", file.read_text())
     assert "image_" not in text
     file.write_text(text)
-    assert [(each.width, each.height) for each in prepared(films["pinhole"], file).cameras] == [(WIDTH, HEIGHT)] * 2
-    file.write_text(text.replace("159.5", "959.5"))
-    with pytest.raises(DrakeTrackerError, match=r"camera_left has its principal point at \(960, 120\) px"):
-        prepared(films["pinhole"], file)
+    with pytest.warns(DrakeTrackerWarning, match=r"suggests about 320 x 240 px, and 320 x 240 px are assumed"):
+        cameras = prepared(films["pinhole"], file).cameras
+    assert [(each.width, each.height) for each in cameras] == [(WIDTH, HEIGHT)] * 2
+    for scale in (0.7, 1.25, 1.5, 2.0):
+        changed = text
+        for centre in ((WIDTH - 1) / 2, (HEIGHT - 1) / 2):
+            changed = changed.replace(str(centre), str(scale * (centre + 0.5) - 0.5))
+        file.write_text(changed)
+        size = f"about {scale * WIDTH:.0f} x {scale * HEIGHT:.0f} px, but .* has {WIDTH} x {HEIGHT} px"
+        with pytest.raises(DrakeTrackerError, match=size):
+            prepared(films["pinhole"], file)
 
 
 @pytest.mark.parametrize(

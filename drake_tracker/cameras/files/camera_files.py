@@ -1,5 +1,6 @@
 """Reads and writes calibrations as files of this package, OpenCV, ROS or Kalibr. The content tells whose a file is."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,10 @@ from drake_tracker.core.files.bounded_yaml import load_yaml
 OWN, OPENCV, ROS, KALIBR = "drake", "opencv", "ros", "kalibr"
 FORMATS = (OWN, OPENCV, ROS, KALIBR)
 """Formats of calibration files."""
+_FURTHER_MESSAGES = re.compile(r"(?<=\S)\s*^---\s*$.*", re.MULTILINE | re.DOTALL)
+"""The end of the first message that ``ros2 topic echo`` printed, and the messages after it."""
+_SECTION = re.compile(r"^\[+\w+\]+\s*$", re.MULTILINE)
+"""The title of a section in an INI or TOML file."""
 _OF = {OWN: "drake-tracker", OPENCV: "OpenCV", ROS: "ROS", KALIBR: "Kalibr"}
 
 
@@ -71,11 +76,17 @@ def load_cameras(paths: Sequence[str | Path]) -> tuple[dict[str, CameraModel], s
 def _parse(path: str) -> tuple[str, dict[str, Any]]:
     """Returns (format, content) of one file."""
     text = read_calibration_text(path)
+    if text.startswith("# oST"):
+        raise DrakeTrackerError(f"{path}: the text file of ROS's calibrator; give the .yaml file that is beside it")
+    if not is_file_storage(text):
+        text = _FURTHER_MESSAGES.sub("", text)
     try:
         storage = is_file_storage(text)
         data = parse_file_storage(path, text) if storage else load_yaml(text)
     except yaml.YAMLError as error:
-        raise yaml_error(path, error) from None
+        if not _SECTION.search(text):
+            raise yaml_error(path, error) from None
+        data = None
     tests: tuple[tuple[str, Callable[[Mapping[str, Any]], bool]], ...] = (
         (OWN, lambda data: "cameras" in data),
         (KALIBR, is_camchain),
@@ -86,9 +97,10 @@ def _parse(path: str) -> tuple[str, dict[str, Any]]:
         for kind, test in tests:
             if test(data):
                 return kind, data
+    has = f"; it has {', '.join(str(key)[:20] for key in list(data)[:6])}" if isinstance(data, dict) and data else ""
     raise DrakeTrackerError(
         f"{path}: not a calibration of drake-tracker (cameras), OpenCV (M1, D1, M2, D2, R, T or camera_matrix), ROS "
-        "(camera_info) or Kalibr (cam0)"
+        f"(camera_info) or Kalibr (cam0){has}"
     )
 
 

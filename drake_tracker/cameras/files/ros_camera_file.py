@@ -2,7 +2,8 @@
 
 Sources: ROS, message sensor_msgs/CameraInfo, and the package camera_calibration_parsers for the keys of the file. R
 takes the camera's frame to the rectified one, and the fourth column of P places the second camera: Tx = -fx' B at a
-distance B to the right of the first one.
+distance B to the right of the first one. Size, K and P describe the full image; binning and region of interest say
+which part of it the images show, and how much it is reduced (REP 104).
 """
 
 from collections.abc import Mapping, Sequence
@@ -76,8 +77,11 @@ def _get(path: str, info: Mapping[str, Any], key: str) -> tuple[str, Any]:
 def _read_camera(path: str, info: Mapping[str, Any]) -> Entry:
     size = image_size(path, _get(path, info, "width")[1], _get(path, info, "height")[1])
     K = matrix(path, *_get(path, info, "K"), (3, 3))
+    size, K = _as_captured(path, info, size, K)
     name, value = _get(path, info, "D")
     model = info["distortion_model"]
+    if model in ("", *_PINHOLES, *_FISHEYES) and value in ([], {"rows": 1, "cols": 0, "data": []}):
+        return pinhole_entry(path, name, size, K, np.zeros(5))  # a simulator's camera without distortion
     if model in _PINHOLES:
         return pinhole_entry(path, name, size, K, matrix(path, name, value))
     if model in _FISHEYES:
@@ -85,6 +89,36 @@ def _read_camera(path: str, info: Mapping[str, Any]) -> Entry:
     raise DrakeTrackerError(
         f"{path}: distortion_model is {str(model)[:40]!r}; it must be one of {', '.join(_PINHOLES + _FISHEYES)}"
     )
+
+
+def _as_captured(
+    path: str, info: Mapping[str, Any], size: tuple[int, int], K: np.ndarray
+) -> tuple[tuple[int, int], np.ndarray]:
+    """Returns size and camera matrix of the images, given those of the full image.
+
+    Full pixel u is pixel (u - x_offset + 1/2) / binning - 1/2 of the image, because pixel centres are whole numbers.
+    A missing or zero binning is 1; a region of zero size is the full image.
+    """
+    roi = info.get("roi") or {}
+    if not isinstance(roi, Mapping):
+        raise DrakeTrackerError(f"{path}: roi must have x_offset, y_offset, width and height")
+    K, captured = K.copy(), []
+    for axis, (length, side, offset, binning) in enumerate(
+        (("width", size[0], "x_offset", "binning_x"), ("height", size[1], "y_offset", "binning_y"))
+    ):
+        values = (roi.get(offset) or 0, roi.get(length) or side, info.get(binning) or 1)
+        if not all(isinstance(value, int) and value >= 0 for value in values) or values[0] + values[1] > side:
+            raise DrakeTrackerError(
+                f"{path}: roi.{offset}, roi.{length} and {binning} are {', '.join(str(v)[:20] for v in values)}; they "
+                f"must be whole, and the region within the {length} of {side} px"
+            )
+        first, extent, reduction = values
+        if extent < reduction:
+            raise DrakeTrackerError(f"{path}: {binning} is {reduction} for a region of {extent} px")
+        captured.append(extent // reduction)
+        K[axis] /= reduction
+        K[axis, 2] = (K[axis, 2] * reduction - first + 0.5) / reduction - 0.5
+    return (captured[0], captured[1]), K
 
 
 def _rectification(path: str, info: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:

@@ -311,3 +311,64 @@ def test_wrong_number_of_files(tmp_path):
     with pytest.raises(DrakeTrackerError, match="nowhere.yml: the calibration cannot be read"):
         load_cameras([tmp_path / "nowhere.yml"])
     assert FORMATS[0] == "drake"
+
+
+MESSAGE = (
+    "header: {frame_id: cam}\nheight: 960\nwidth: 1280\ndistortion_model: plumb_bob\n"
+    f"d: {LENSES['pinhole'][1]}\nk: [1000.0, 0.0, 650.0, 0.0, 1010.0, 470.0, 0.0, 0.0, 1.0]\n"
+    "r: [1, 0, 0, 0, 1, 0, 0, 0, 1]\np: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("added", "size", "expected"),
+    [
+        ("binning_x: 0\nbinning_y: 0\nroi: {x_offset: 0, y_offset: 0, height: 0, width: 0}\n", (1280, 960),
+         (1000.0, 1010.0, 650.0, 470.0)),
+        ("binning_x: 2\nbinning_y: 2\n", (640, 480), (500.0, 505.0, 324.75, 234.75)),
+        ("roi: {x_offset: 200, y_offset: 100, height: 600, width: 800, do_rectify: false}\n", (800, 600),
+         (1000.0, 1010.0, 450.0, 370.0)),
+        ("binning_x: 4\nbinning_y: 2\nroi: {x_offset: 200, y_offset: 100, height: 600, width: 800}\n", (200, 300),
+         (250.0, 505.0, 112.125, 184.75)),
+    ],
+)  # fmt: skip
+def test_binning_and_region_of_interest_of_ros(tmp_path, added, size, expected):
+    camera = load_cameras(stored(tmp_path, a_yaml=MESSAGE + added))[0]["camera_left"]
+    assert (camera.width, camera.height) == size
+    assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("added", "message"),
+    [
+        ("roi: {x_offset: 1000, width: 800}\n", "roi.x_offset, roi.width and binning_x are 1000, 800, 1; they must be"),
+        ("binning_y: -2\n", "roi.y_offset, roi.height and binning_y are 0, 960, -2; they must be whole"),
+        ("binning_x: 2000\n", "binning_x is 2000 for a region of 1280 px"),
+        ("roi: 7\n", "roi must have x_offset, y_offset, width and height"),
+    ],
+)
+def test_a_region_that_no_image_has_is_refused(tmp_path, added, message):
+    with pytest.raises(DrakeTrackerError, match=message):
+        load_cameras(stored(tmp_path, a_yaml=MESSAGE + added))
+
+
+def test_messages_of_ros2_topic_echo_and_of_simulators(tmp_path):
+    straight = MESSAGE.replace(f"d: {LENSES['pinhole'][1]}", "d: []")
+    for text in (f"---\n{straight}---\n", f"{straight}---\n{straight}---\n", straight.replace("plumb_bob", "''")):
+        camera = load_cameras(stored(tmp_path, a_yaml=text))[0]["camera_left"]
+        assert camera.K[0, 2] == 650.0 and not camera.distortion.any()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("ost.txt", "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n640\n\nheight\n480\n", "give the .yaml file"),
+        ("a.toml", '[cam_0]\nname = "left"\nsize = [ 640, 480,]\nmatrix = [ [ 500.0,\n', "not a calibration of"),
+        ("a.yaml", "focal: 500\ncx: 320\n", r"not a calibration of .*; it has focal, cx"),
+    ],
+)
+def test_files_that_are_no_calibration_are_named(tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(DrakeTrackerError, match=f"{name}: .*{message}") as caught:
+        load_cameras([tmp_path / name])
+    assert "\n" not in str(caught.value)
