@@ -194,12 +194,16 @@ def execute(options: Namespace) -> int:
     seen = summary.get("seen") or 0
     if summary.get("swapped"):
         print("The cameras are swapped: in the other order their rays meet. Name the left camera's images first")
+    elif summary.get("offset_found"):
+        print(summary["moments"])
     elif len(summary["dropped"]) == 2 and seen > LEAST_SEEN and summary["results"] < 0.5 * seen:
         print(
             f"Both cameras saw motion in {seen} images, but in most of them the gap between the two rays is larger "
             f"than {track.facts['max_gap']:.3g} m (--max-gap). Does the calibration belong to other cameras, or were "
             "the videos not taken at the same time?"
         )
+    elif summary.get("moments"):
+        print(summary["moments"])
     elif seen and not summary["results"]:
         print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
     elif not summary["described"]:

@@ -52,7 +52,7 @@ def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | 
         duration: largest duration used [s]; None uses all of it.
 
     Raises DrakeTrackerError, one line, when only one of two is live, when their frame rates differ, when recordings
-    without a shared clock differ in length, or when they have no time in common.
+    without a shared clock or an offset differ in length, or when they have no time in common.
     """
     first, others = footage[0], footage[1:]
     if len({each.live for each in footage}) > 1:
@@ -68,13 +68,13 @@ def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | 
                 "both cameras must have the same rate"
             )
         clock = FrameClock(period, clock.start)
-        shared = _share_a_clock(first, other)
+        shared = share_a_clock(first, other)
         lag = offset + (_epoch(other) - _epoch(first) + clock.start - start if shared else 0.0)
         shift = round(lag / period)
         sequences.append(FrameSequence(other, clock, shift, clock.start - lag))
         if not other.live:
             ends.append(_last_tick(other, clock) + shift)
-            _check_common(first, other, ends, shift, period, shared, duration)
+            _check_common(first, other, ends, shift, period, shared or offset != 0.0, duration)
     count = None if first.live else min(ends) + 1
     if duration is not None:
         limit = max(1, round(duration / period))
@@ -93,7 +93,8 @@ def _epoch(footage: Footage) -> float:
     return footage.epoch or 0.0
 
 
-def _share_a_clock(first: Footage, other: Footage) -> bool:
+def share_a_clock(first: Footage, other: Footage) -> bool:
+    """Returns whether the stamps of two cameras come from one clock."""
     if first.epoch is None or other.epoch is None or first.counted != other.counted:
         return False
     if not first.counted:
@@ -116,14 +117,17 @@ def _check_common(
     ends: Sequence[int],
     shift: int,
     period: float,
-    shared: bool,
+    related: bool,
     duration: float | None,
 ) -> None:
-    """Raises DrakeTrackerError when two recordings do not cover the same time."""
+    """Raises DrakeTrackerError when two recordings do not cover the same time.
+
+    Recordings whose relation is not known, from a clock or an offset that was given, must have the same length.
+    """
     if shift > ends[0] or ends[-1] < 0:
         raise DrakeTrackerError(f"{first.name} and {other.name} have no time in common; their clocks differ")
     enough = duration is not None and min(ends[0], ends[-1]) + 1 >= round(duration / period)
-    if not shared and not enough and abs(ends[0] - ends[-1]) > MOST_END_DIFFERENCE:
+    if not related and not enough and abs(ends[0] - ends[-1]) > MOST_END_DIFFERENCE:
         lengths = [(end + 1) * period for end in (ends[0], ends[-1])]
         raise DrakeTrackerError(
             f"{first.name} lasts {lengths[0]:.2f} s and {other.name} ends after {lengths[1]:.2f} s; both must show the "

@@ -199,6 +199,7 @@ def prepare_track(
         "frame_rate": 1.0 / timeline.period,
         "calibration": where or None,
         "latency_s": latencies,
+        "offset": offset,
         "stamp_zero": None if footage[0].counted else footage[0].epoch,
         "plane": plane,
         "roi": list(roi),

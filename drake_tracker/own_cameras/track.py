@@ -12,9 +12,11 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.processes.signals import held
 from drake_tracker.footage.recording import FOLDER
+from drake_tracker.footage.timeline import share_a_clock
 from drake_tracker.footage.video import reason
 from drake_tracker.own_cameras.camera_order_check import are_swapped, places
 from drake_tracker.own_cameras.mcap_track import MCAP_FILE, TrackMcap
+from drake_tracker.own_cameras.moment_check import compare_moments, describe_moments
 from drake_tracker.own_cameras.picture_process import PictureProcess
 from drake_tracker.own_cameras.preparation import PreparedTrack
 from drake_tracker.own_cameras.quality import TrackQuality
@@ -121,6 +123,11 @@ def _make_track(
         summary["interrupted"] = interrupted
         if len(track.cameras) == 2:
             summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"], seen)
+            moments = compare_moments(data, track.cameras, timeline.period)
+            summary |= {"offset_found": moments and moments.offset, "ray_gap_px": moments and moments.gap}
+            summary["moments"] = describe_moments(
+                moments, track.facts["offset"], track.footage[0].live, share_a_clock(*track.footage)
+            )
         with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
         with _Collected(errors, out):
