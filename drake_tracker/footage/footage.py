@@ -47,3 +47,12 @@ class Footage:
                     yield taken - time, image
 
         return replace(self, frames=frames, epoch=None if self.epoch is None else self.epoch + time)
+
+    def only(self, kept: np.ndarray) -> "Footage":
+        """Returns the same recording with those images only that ``kept``, booleans (n,), selects."""
+        assert self.times is not None  # it is not live
+
+        def frames() -> Iterator[tuple[float, np.ndarray]]:
+            return (image for image, is_kept in zip(self.frames(), kept) if is_kept)
+
+        return replace(self, times=self.times[: len(kept)][kept], frames=frames)

@@ -77,7 +77,8 @@ def fit_clock(image_times: ArrayLike, name: str = "") -> FrameClock:
         middle = counts.mean()
         period = (counts - middle) @ (times - times.mean()) / ((counts - middle) @ (counts - middle))
         clock = FrameClock(float(period), float(times.mean() - middle * period))
-    return clock
+    before = clock.tick(times[0], -(10**9)) or 0  # not 0 where a variable rate leads the times away from the line
+    return FrameClock(clock.period, clock.time(before))
 
 
 def _count_ticks(times: Sequence[float], clock: FrameClock) -> np.ndarray:

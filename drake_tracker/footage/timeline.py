@@ -9,6 +9,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.frame_clock import FrameClock, fit_clock
 from drake_tracker.footage.frame_sequence import FrameSequence
+from drake_tracker.footage.variable_rate import even_out
 
 MOST_RATE_DIFFERENCE = 0.005
 """Largest relative difference between frame rates that count as the same."""
@@ -27,11 +28,13 @@ class Timeline:
         period: from tick to tick [s].
         count: number of ticks; None without an end.
         sequences: `FrameSequence` of each camera.
+        notes: one line for each recording whose rate varies.
     """
 
     period: float
     count: int | None
     sequences: tuple[FrameSequence, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -54,24 +57,26 @@ def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | 
     Raises DrakeTrackerError, one line, when only one of two is live, when their frame rates differ, when recordings
     without a shared clock or an offset differ in length, or when they have no time in common.
     """
-    first, others = footage[0], footage[1:]
     if len({each.live for each in footage}) > 1:
         raise DrakeTrackerError(f"{footage[0].name} and {footage[1].name}: one is live and the other is not")
     clocks = [_clock(each) for each in footage]
-    period, start = clocks[0].period, clocks[0].start
-    sequences = [FrameSequence(first, clocks[0])]
-    ends = [] if first.live else [_last_tick(first, clocks[0])]
-    for other, clock in zip(others, clocks[1:]):
-        if abs(clock.period / period - 1.0) > MOST_RATE_DIFFERENCE:
+    for other, clock in zip(footage[1:], clocks[1:]):
+        if abs(clock.period / clocks[0].period - 1.0) > MOST_RATE_DIFFERENCE:
             raise DrakeTrackerError(
-                f"{first.name} has {1.0 / period:.2f} images per second, {other.name} has {1.0 / clock.period:.2f}; "
-                "both cameras must have the same rate"
+                f"{footage[0].name} has {1.0 / clocks[0].period:.2f} images per second, {other.name} has "
+                f"{1.0 / clock.period:.2f}; both cameras must have the same rate"
             )
+    begins = [_begin(each, clock) for each, clock in zip(footage, clocks)]
+    footage, clocks, notes = even_out(footage, clocks)
+    first, period = footage[0], clocks[0].period
+    sequences = [FrameSequence(first, clocks[0], zero=begins[0])]
+    ends = [] if first.live else [_last_tick(first, clocks[0])]
+    for other, clock, begin in zip(footage[1:], clocks[1:], begins[1:]):
         clock = FrameClock(period, clock.start)
         shared = share_a_clock(first, other)
-        lag = offset + (_epoch(other) - _epoch(first) + clock.start - start if shared else 0.0)
-        shift = round(lag / period)
-        sequences.append(FrameSequence(other, clock, shift, clock.start - lag))
+        lag = offset + (_epoch(other) - _epoch(first) + begin - begins[0] if shared else 0.0)
+        shift = round((lag + (clock.start - begin) - (clocks[0].start - begins[0])) / period)
+        sequences.append(FrameSequence(other, clock, shift, begin - lag))
         if not other.live:
             ends.append(_last_tick(other, clock) + shift)
             _check_common(first, other, ends, shift, period, shared or offset != 0.0, duration)
@@ -79,7 +84,7 @@ def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | 
     if duration is not None:
         limit = max(1, round(duration / period))
         count = limit if count is None else min(count, limit)
-    return Timeline(period, count, tuple(sequences))
+    return Timeline(period, count, tuple(sequences), tuple(notes))
 
 
 def _clock(footage: Footage) -> FrameClock:
@@ -87,6 +92,11 @@ def _clock(footage: Footage) -> FrameClock:
         return FrameClock(1.0 / footage.rate)
     assert footage.times is not None  # it is not live
     return fit_clock(footage.times, footage.name)
+
+
+def _begin(footage: Footage, clock: FrameClock) -> float:
+    """Returns the time of the first image [s], or of the first tick of a live camera or its recording."""
+    return clock.start if footage.times is None or footage.rate is not None else float(footage.times[0])
 
 
 def _epoch(footage: Footage) -> float:

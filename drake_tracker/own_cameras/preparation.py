@@ -15,6 +15,7 @@ from drake_tracker.cameras.files.camera_files import OWN, load_cameras
 from drake_tracker.cameras.files.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.cameras.latency.camera_latency import load_latencies
 from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
+from drake_tracker.footage.copies import without_copies
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
 from drake_tracker.footage.recording import FootageRecorder, find_recordings
@@ -145,6 +146,7 @@ def prepare_track(
     try:
         for source in sources:
             footage.append(open_footage(source, fps, start))
+            footage[-1] = without_copies(footage[-1])
         windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
         pixels = [read_pixel(follow[k], each.size) if follow else None for k, each in enumerate(footage)]
         found = Suited(detector_settings, 1, [])
@@ -165,6 +167,7 @@ def prepare_track(
         if surface is not None:
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
+        footage = [sequence.footage for sequence in timeline.sequences]
         if first_look is None and can_suit(detector_settings):
             found = suited(detector_settings, footage, timeline.period, windows, pixels)
         detector_settings, reduce_by, looks = found

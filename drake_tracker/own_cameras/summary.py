@@ -139,7 +139,7 @@ def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> 
         "dropped": [len(stamps) for stamps in dropped],
         "dropped_at_s": [list(stamps[:_MOST_NAMED]) for stamps in dropped],
         "surplus": [each.surplus for each in timeline.sequences],
-        "warnings": [line for line in warnings if line is not None],
+        "warnings": [*timeline.notes, *(line for line in warnings if line is not None)],
     }
 
 
