@@ -63,7 +63,8 @@ class ArmModel:
         self.num_joints = len(joints)
         self.joint_names = tuple(joint.name() for joint in joints)
         self._scratch = plant.CreateDefaultContext()
-        self.effort_limit = np.array([plant.GetJointActuatorByName(joint.name()).effort_limit() for joint in joints])
+        drives = {drive.joint().index(): drive for drive in actuators_of(plant, arm_instance)}
+        self.effort_limit = np.array([drives[joint.index()].effort_limit() for joint in joints])
 
     def tool_pose(self, q: Sequence[float] | np.ndarray) -> RigidTransform:
         """Returns X_WT at joint positions q, shape (n,) [rad]."""

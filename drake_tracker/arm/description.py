@@ -38,6 +38,7 @@ class ArmDescription:
         finger_damping: derivative gain of the driven finger [N s/m]; without effect for a hand without fingers.
         q_start: joint positions [rad] from which the home pose is searched, and near which a redundant arm stays.
         fingers: the hand's joints as in `FINGERS`; empty for a hand that cannot move, such as a cup.
+        base_height: height of the base above the floor [m], for an arm on a pedestal.
         markers: whether the hand's model has the links `MARKERS`, by which cameras find the hand.
     """
 
@@ -53,6 +54,7 @@ class ArmDescription:
     finger_damping: float
     q_start: tuple[float, ...]
     fingers: tuple[str, ...] = FINGERS
+    base_height: float = 0.0
     markers: bool = False
 
     @property

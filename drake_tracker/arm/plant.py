@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
 
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointActuator, ModelInstanceIndex, PdControllerGains
 
 from drake_tracker.arm.description import ArmDescription
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.models_path import models_path
 
 
@@ -25,27 +29,71 @@ class ArmParts:
 
 
 def models_parser(plant: MultibodyPlant) -> Parser:
-    """Returns a Parser that knows the project's package of models."""
+    """Returns a Parser that knows the project's package of models, and those in ROS_PACKAGE_PATH."""
     parser = Parser(plant)
     parser.package_map().AddPackageXml(str(models_path() / "package.xml"))
+    parser.package_map().PopulateFromRosPackagePath()
     return parser
 
 
 def add_arm(plant: MultibodyPlant, *, description: ArmDescription) -> ArmParts:
-    """Adds an arm and its hand to a plant, with the arm's base welded to the world at the origin of W.
+    """Adds an arm and its hand to a plant, with the arm's base welded to the world on the axis z of W.
 
     Args:
         plant: a plant that is not finalized.
         description: the arm.
+
+    Raises DrakeTrackerError when a file cannot be read or does not hold one model; RuntimeError, from Drake, when a
+    frame does not exist.
     """
     parser = models_parser(plant)
-    (arm,) = parser.AddModelsFromUrl(description.arm_url)
-    (gripper,) = parser.AddModelsFromUrl(description.gripper_url)
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(description.base_link, arm))
+    arm, gripper = (_only_model(parser, url) for url in (description.arm_url, description.gripper_url))
+    base = plant.GetFrameByName(description.base_link, arm)
+    for index in plant.GetJointIndices(arm):  # many descriptions fix the base to a link that is named world
+        joint = plant.get_joint(index)
+        if joint.parent_body() == plant.world_body() and joint.child_body() == base.body():
+            plant.RemoveJoint(joint)
+    plant.WeldFrames(plant.world_frame(), base, RigidTransform([0.0, 0.0, description.base_height]))
+    _add_drives(plant, arm, parser.package_map().ResolveUrl(description.arm_url))
     plant.WeldFrames(
         plant.GetFrameByName(description.flange, arm), plant.GetFrameByName(description.hand_link, gripper)
     )
     return ArmParts(arm, gripper)
+
+
+def _only_model(parser: Parser, url: str) -> ModelInstanceIndex:
+    """Returns the model that a file holds. The folders above the file are packages of their names, as usual in ROS."""
+    known = parser.package_map()
+    try:
+        path = known.ResolveUrl(url)
+        for folder in Path(path).parents:
+            if folder.name and not known.Contains(folder.name):
+                known.Add(folder.name, str(folder))
+        models = parser.AddModelsFromUrl(url)
+    except (RuntimeError, ValueError) as error:  # Drake's message says what is missing
+        text = " ".join(str(error).split())
+        hint = "; convert the mesh to .obj" if "unsupported extension" in text else ""
+        raise DrakeTrackerError(f"{url}: {text}{hint}") from None
+    if len(models) != 1:
+        raise DrakeTrackerError(f"{url} holds {len(models)} models; it must hold one")
+    return models[0]
+
+
+def _add_drives(plant: MultibodyPlant, arm: ModelInstanceIndex, path: str) -> None:
+    """Adds an actuator with the joint's effort limit to each joint of a URDF that describes no transmission at all.
+
+    Most public descriptions of arms have no transmissions, because other simulators drive every joint.
+    """
+    if actuators_of(plant, arm) or not path.lower().endswith(".urdf"):
+        return
+    for joint in ElementTree.parse(path).getroot().findall("joint"):
+        limit = joint.find("limit")
+        if joint.get("type") == "revolute" and limit is not None:
+            name = joint.get("name", "")
+            effort = float(limit.get("effort", "0"))
+            if not effort > 0.0:
+                raise DrakeTrackerError(f"{path}: joint {name} has the effort limit {effort:g} N m; it must be above 0")
+            plant.AddJointActuator(name, plant.GetJointByName(name, arm), effort)
 
 
 def couple_fingers(

@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pydrake.multibody.plant import MultibodyPlant
-
+from drake_tracker.arm.arm_check import check_arm
 from drake_tracker.arm.config import HandKind
-from drake_tracker.arm.description import PROBE_FRAME, ArmDescription, make_arm
-from drake_tracker.arm.plant import actuators_of, add_arm
+from drake_tracker.arm.description import ArmDescription, make_arm
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
@@ -21,7 +19,6 @@ from drake_tracker.link.link import Link
 from drake_tracker.link.link_system import LinkSystem, make_link
 from drake_tracker.scenarios.base import Custom
 
-_DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}
 _HANDS = {HandKind.GRIPPER: "fingers", HandKind.CUP: "no fingers, but a cup"}
 
 
@@ -51,31 +48,6 @@ def arm_of(scenario: Any) -> ArmDescription:
     except DrakeTrackerError as error:
         raise DrakeTrackerError(f"{where}: {scenario.arm.call}: {error}") from None
     return arm
-
-
-def check_arm(arm: ArmDescription) -> None:
-    """Checks that the models of an arm agree with its description.
-
-    Raises DrakeTrackerError when a model, frame, joint or actuator that it names does not exist.
-    """
-    plant = MultibodyPlant(0.0)
-    try:
-        parts = add_arm(plant, description=arm)
-        for frame in (arm.tool_frame, *(() if arm.has_fingers else (PROBE_FRAME,))):
-            plant.GetFrameByName(frame, parts.gripper)
-        for finger in arm.fingers:
-            plant.GetJointByName(finger, parts.gripper)
-    except (RuntimeError, ValueError) as error:  # Drake's message says what is missing
-        raise DrakeTrackerError(" ".join(str(error).split())) from None
-    drives = len(actuators_of(plant, parts.gripper))
-    if drives != arm.has_fingers:
-        raise DrakeTrackerError(f"{arm.gripper_url} has {drives} actuators; {_DRIVES[arm.has_fingers]}")
-    if len(arm.fingers) not in (0, 2):
-        raise DrakeTrackerError(f"fingers names {len(arm.fingers)} joints; a gripper has two, a cup none")
-    joints = len(actuators_of(plant, parts.arm))
-    for name in ("servo_inertia", "servo_bandwidth", "q_start"):
-        if len(getattr(arm, name)) != joints:
-            raise DrakeTrackerError(f"{name} has {len(getattr(arm, name))} values for {joints} joints with actuators")
 
 
 def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Estimator:

@@ -20,6 +20,12 @@ EFFORT_SHARE = 0.85
 LIMIT_MARGIN = np.deg2rad(2.0)
 """Distance that set-points keep from each joint limit [rad]."""
 
+OTHER_STARTS = 20
+"""Number of further joint positions from which a pose is searched, drawn from the range of the joints."""
+_REACHED, _STUCK = 1e-6, 1e-9
+"""Largest difference from a pose that is reached, and step of the joints [rad] below which a search has ended."""
+_AT_LIMIT = 1e-3
+"""Distance from the end of its range below which a joint limits the search [rad]."""
 CENTERING_RATE = 2.0
 """Rate [1/s] at which an arm with more joints than the tool needs returns to its nominal joint positions."""
 
@@ -132,24 +138,52 @@ def rehearse(
 def joints_for(model: ArmModel, q_start: Sequence[float] | np.ndarray, X_WT: RigidTransform) -> np.ndarray:
     """Returns joint positions, shape (n,) [rad], that bring the tool to a pose, found by differential steps.
 
+    The search is repeated from other starts if the first start does not lead to the pose, because each search is local.
+    A symmetric hand may also be turned by half a turn.
+
     Args:
         model: the arm.
-        q_start: joint positions from which the search starts, shape (n,) [rad].
+        q_start: joint positions from which the first search starts, shape (n,) [rad].
         X_WT: the pose of the tool.
 
-    Raises DrakeTrackerError when the pose is out of reach.
+    Raises DrakeTrackerError when no search reaches the pose; the message names the joints that are at their limits.
     """
+    turned = X_WT @ RigidTransform(RotationMatrix.MakeZRotation(np.pi), np.zeros(3))
+    goals = (X_WT, turned) if model.symmetric_hand else (X_WT,)
+    lower, upper = model.position_lower + LIMIT_MARGIN, model.position_upper - LIMIT_MARGIN
+    starts = [
+        np.array(q_start, dtype=float),
+        *np.random.default_rng(0).uniform(lower, upper, (OTHER_STARTS, len(lower))),
+    ]
     parameters = make_parameters(model, 0.05)
-    q = np.array(q_start, dtype=float)
-    for _ in range(400):
-        q, _ = step_joints(model, parameters, q, X_WT)
-        reached = model.tool_pose(q)
-        if reached.IsNearlyEqualTo(X_WT, 1e-6):
-            return q
-    error = np.linalg.norm(reached.translation() - X_WT.translation())
+    least, best = np.inf, starts[0]
+    for start in starts:
+        for goal in goals:
+            q = _descend(model, parameters, start, goal)
+            reached = model.tool_pose(q)
+            if reached.IsNearlyEqualTo(goal, _REACHED):
+                return q
+            error = float(np.linalg.norm(reached.translation() - goal.translation()))
+            if error < least:
+                least, best = error, q
+    at_limit = np.minimum(best - lower, upper - best) < _AT_LIMIT
+    names = ", ".join(name for name, is_limit in zip(model.joint_names, at_limit) if is_limit)
     raise DrakeTrackerError(
-        f"the arm cannot bring its tool to {np.round(X_WT.translation(), 3).tolist()} m: {error:.3f} m short"
+        f"the arm cannot bring its tool to {np.round(X_WT.translation(), 3).tolist()} m: {least:.3f} m short"
+        + (f", with {names} at the limit" if names else "")
     )
+
+
+def _descend(
+    model: ArmModel, parameters: DifferentialInverseKinematicsParameters, q: np.ndarray, X_WT: RigidTransform
+) -> np.ndarray:
+    """Returns the joint positions, shape (n,) [rad], at which differential steps towards a pose end."""
+    for _ in range(400):
+        q_last = q
+        q, _ = step_joints(model, parameters, q, X_WT)
+        if model.tool_pose(q).IsNearlyEqualTo(X_WT, _REACHED) or np.abs(q - q_last).max() < _STUCK:
+            break
+    return q
 
 
 def rotation_vector(R: RotationMatrix) -> np.ndarray:

@@ -83,11 +83,17 @@ class Reach:
         """Moves the tool over a place. Returns the joints [rad] and the height above the train [m] at which it cannot
         be reached, None when it can."""
         for height in self._heights:
-            X_WT = tool_down((x, y, self.home[2] + height), np.pi / 2)
-            for _ in range(_STEPS):
-                q, _ = step_joints(self.model, self._parameters, q, X_WT)
-                if np.linalg.norm(self.model.tool_pose(q).translation() - X_WT.translation()) < _NEAR:
-                    break
+            for yaw in (np.pi / 2, -np.pi / 2) if self.model.symmetric_hand else (np.pi / 2,):
+                X_WT = tool_down((x, y, self.home[2] + height), yaw)
+                q_near = q
+                for _ in range(_STEPS):
+                    q_near, _ = step_joints(self.model, self._parameters, q_near, X_WT)
+                    if np.linalg.norm(self.model.tool_pose(q_near).translation() - X_WT.translation()) < _NEAR:
+                        break
+                else:
+                    continue
+                q = q_near
+                break
             else:
                 return q, height
         return q, None
