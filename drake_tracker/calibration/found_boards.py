@@ -13,6 +13,7 @@ from drake_tracker.cameras.boards.board_kinds import kind_of
 from drake_tracker.cameras.boards.chessboard import Chessboard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
+from drake_tracker.footage.decoding import common_orientation
 from drake_tracker.footage.image_folder import list_images, read_image
 
 LEAST_VIEWS = 5
@@ -87,9 +88,13 @@ def find_boards(rows: Sequence[tuple[Path, ...]], board: Board, progress: StepsP
     shapes: list[ImageShape] = []
     known: dict[bytes, str] = {}
     copies = 0
+    turns = [common_orientation(column) for column in zip(*rows)]
+    for line in (line for _, line in turns if line is not None):
+        progress.close()
+        print(line)
     for k, row in enumerate(rows):
         progress(k, len(rows), "looking for the board")
-        images = [read_image(file, cv2.IMREAD_GRAYSCALE) for file in row]
+        images = [turn.apply(read_image(file, cv2.IMREAD_GRAYSCALE)) for file, (turn, _) in zip(row, turns)]
         here = [cast(ImageShape, image.shape) for image in images]
         shapes = shapes or here
         for file, shape, first in zip(row, here, shapes):

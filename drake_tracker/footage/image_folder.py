@@ -1,6 +1,5 @@
 """A folder of images as footage; their times are the numbers in their names, or these numbers divided by a rate."""
 
-import contextlib
 import glob
 import re
 from collections.abc import Iterator, Sequence
@@ -10,13 +9,16 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.decoding import Orientation, common_orientation, decode, read_file
 from drake_tracker.footage.footage import Footage
 
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 """{number of digits of a time since 1970: its unit [s]}."""
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
-_SILENT = 0
-"""Level of OpenCV's log at which it prints nothing."""
+_LOOKED_AT = 16
+"""Number of images from which the number of bits is determined."""
+_MOST_CLIPPED = 0.01
+"""Share of an image's pixels that may be brighter than the number of bits allows, before a warning."""
 
 
 def open_images(spec: str | Path, fps: float | None = None) -> Footage:
@@ -46,9 +48,12 @@ def open_images(spec: str | Path, fps: float | None = None) -> Footage:
     if first is None:
         read_whole(files[0])  # raises
     assert first is not None
-    height, width = first.shape[:2]
-    bits = bits_of(first)  # of all images: determined for each of them, the brightness would flicker
-    images = _Images(str(spec), files, times, (width, height), bits)
+    orientation, mixed = common_orientation(files)
+    size = orientation.size(first.shape[1], first.shape[0])
+    # The number of bits is that of all images: determined for each of them, the brightness would flicker.
+    sample = [] if first.dtype == np.uint8 else map(_whole_or_none, files[:: -(-len(files) // _LOOKED_AT)])
+    bits = max(bits_of(image) for image in (first, *sample) if image is not None)
+    images = _Images(str(spec), files, times, size, bits, orientation, mixed)
     return Footage(images.name, images.size, images.frames, times, epoch, counted, warning=images.warning)
 
 
@@ -87,27 +92,47 @@ def _whole_or_none(file: Path) -> np.ndarray | None:
 class _Images:
     """The images of a folder. One that cannot be read is left out, as if it had been dropped."""
 
-    def __init__(self, name: str, files: Sequence[Path], times: np.ndarray, size: tuple[int, int], bits: int) -> None:
+    def __init__(
+        self,
+        name: str,
+        files: Sequence[Path],
+        times: np.ndarray,
+        size: tuple[int, int],
+        bits: int,
+        orientation: Orientation,
+        mixed: str | None,
+    ) -> None:
         self.name, self.size = name, size
         self._files, self._times, self._bits = files, times, bits
+        self._orientation, self._mixed = orientation, mixed
         self._bad: list[str] = []
+        self._clipped = 0
 
     def warning(self) -> str | None:
-        """Returns which images could not be read so far, or None."""
-        if not self._bad:
-            return None
-        more = f" and {len(self._bad) - 1} more" if len(self._bad) > 1 else ""
-        return f"{self.name}: {len(self._bad)} of {len(self._files)} images cannot be read: {self._bad[0]}{more}"
+        """Returns what is wrong with the images read so far, or None."""
+        lines = [self._mixed] if self._mixed else []
+        if self._clipped:
+            share = f"{_MOST_CLIPPED:.0%} of the pixels are above {self._bits} bits, and shown as white"
+            lines.append(f"{self.name}: in {self._clipped} of {len(self._files)} images more than {share}")
+        if self._bad:
+            more = f" and {len(self._bad) - 1} more" if len(self._bad) > 1 else ""
+            lines.append(
+                f"{self.name}: {len(self._bad)} of {len(self._files)} images cannot be read: {self._bad[0]}{more}"
+            )
+        return "; ".join(lines) or None
 
     def frames(self) -> Iterator[tuple[float, np.ndarray]]:
         """Yields (time [s], RGB image)."""
-        self._bad = []
+        self._bad, self._clipped = [], 0
         for file, time in zip(self._files, self._times):
             try:
-                image = read_image(file, bits=self._bits)
+                whole = read_whole(file)
             except DrakeTrackerError:
                 self._bad.append(file.name)
                 continue
+            if whole.dtype != np.uint8:
+                self._clipped += bool(np.mean(whole >> self._bits > 0) > _MOST_CLIPPED)
+            image = self._orientation.apply(with_8_bits(whole, self._bits))
             if image.shape[1::-1] != self.size:
                 raise DrakeTrackerError(
                     f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have "
@@ -133,31 +158,27 @@ def list_images(spec: str | Path) -> list[Path]:
     return sorted(files, key=_natural)
 
 
-def read_image(path: str | Path, flags: int = cv2.IMREAD_COLOR, bits: int | None = None) -> np.ndarray:
-    """Returns an image file with 8 bits, as OpenCV reads it.
+def read_image(path: str | Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
+    """Returns an image file with 8 bits, as OpenCV reads it, not turned by its EXIF data.
 
     Args:
         path: of the file.
         flags: OpenCV's: colour gives BGR (h, w, 3), grey (h, w).
-        bits: of the pixels in the file; None determines it from this image (`bits_of`).
 
     Raises DrakeTrackerError when it cannot be read.
     """
     image = read_whole(path, flags)
-    if image.dtype == np.uint8:
-        return image
-    return np.minimum(image >> ((bits or bits_of(image)) - 8), 255).astype(np.uint8)
+    return with_8_bits(image, bits_of(image))
+
+
+def with_8_bits(image: np.ndarray, bits: int) -> np.ndarray:
+    """Returns the upper eight of the bits of an image of uint8 or uint16."""
+    return image if image.dtype == np.uint8 else np.minimum(image >> (bits - 8), 255).astype(np.uint8)
 
 
 def read_whole(path: str | Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
     """Returns an image file as `read_image` does, but with all its bits: uint8 or uint16."""
-    with quiet_opencv():
-        try:
-            image = cv2.imread(str(path), flags | cv2.IMREAD_ANYDEPTH)
-        except cv2.error:
-            image = None
-    if image is None:
-        raise DrakeTrackerError(f"{path}: this image cannot be read")
+    image = decode(read_file(path), path, flags | cv2.IMREAD_ANYDEPTH)
     if image.dtype not in (np.uint8, np.uint16):
         raise DrakeTrackerError(f"{path}: this image has pixels of {image.dtype}; 8 or 16 bits are needed")
     return image
@@ -168,18 +189,6 @@ def bits_of(image: np.ndarray) -> int:
     if image.dtype == np.uint8:
         return 8
     return 12 if image.max() < 4096 else 16
-
-
-@contextlib.contextmanager
-def quiet_opencv() -> Iterator[None]:
-    """A context in which OpenCV prints no warnings: our own error message has one line."""
-    log = getattr(cv2.utils, "logging", cv2)  # OpenCV 4 has these functions in its main module
-    level = log.getLogLevel()
-    log.setLogLevel(_SILENT)
-    try:
-        yield
-    finally:
-        log.setLogLevel(level)
 
 
 def _is_image(file: Path) -> bool:

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.decoding import quiet_opencv
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.image_folder import quiet_opencv
 
 DEFAULT_RATE = 30.0
 """Images per second of a camera that does not report its rate."""

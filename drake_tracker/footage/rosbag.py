@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.bag_storage import find_storage
+from drake_tracker.footage.decoding import decode
 from drake_tracker.footage.footage import Footage
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -81,11 +82,9 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
         kind = kinds[chosen]
         stamps: list[int] = []
         bits: int | None = None
-        for recorded, message in storage.messages(chosen):
-            if not stamps:
-                bits = bits_of_message(
-                    message, kind
-                )  # of all images: determined for each, the brightness would flicker
+        for number, (recorded, message) in enumerate(storage.messages(chosen)):
+            if number & (number - 1) == 0:  # a few images; a dark one does not show all of its bits
+                bits = max(bits or 0, bits_of_message(message, kind) or 0) or None
             stamps.append(read_stamp(message) or recorded)
     except storage.broken as error:
         raise DrakeTrackerError(f"{path}: this bag cannot be read: {_words(error)}") from None
@@ -186,10 +185,7 @@ def read_ros_image(message: bytes, kind: str, name: str, bits: int | None = None
         if kind == COMPRESSED:
             described = fields.text()
             coded = fields.array()
-            image = cv2.imdecode(coded, cv2.IMREAD_COLOR) if coded.size else None
-            if image is None:
-                raise DrakeTrackerError(f"{name}: an image ({described}) cannot be read")
-            return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+            return cv2.cvtColor(decode(coded.tobytes(), f"{name}: an image ({described})"), cv2.COLOR_BGR2RGB)
         height, width, encoding = fields.number("I"), fields.number("I"), fields.text()
         big, step, data = fields.number("B"), fields.number("I"), fields.array()
     except ValueError as error:

@@ -5,10 +5,13 @@ import os
 import re
 from pathlib import Path
 
+import cv2
+
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.bag_storage import is_bag
+from drake_tracker.footage.decoding import decoding, quiet_opencv
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.image_folder import open_images
+from drake_tracker.footage.image_folder import SUFFIXES, open_images
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.played_camera import PREFIX, Start, open_played
 from drake_tracker.footage.recording import is_recording, open_recording
@@ -69,4 +72,9 @@ def open_footage(spec: str, fps: float | None = None, start: Start | None = None
         raise DrakeTrackerError(f"{spec}: is neither a regular file nor a folder; name a camera by its number")
     if not Path(spec).is_file():
         raise DrakeTrackerError(f"{spec}: there is no such file, folder or camera")
+    if Path(spec).suffix.lower() in SUFFIXES:
+        with decoding(spec), quiet_opencv():
+            pages = cv2.imcount(spec)
+        what = f"is a stack of {pages} images; write each to a file" if pages > 1 else "is a single image"
+        raise DrakeTrackerError(f"{spec}: {what}; name a folder of images, or a video")
     return open_video(spec, fps)

@@ -1,9 +1,7 @@
 """A video file as footage; the container gives the times of the frames."""
 
-import os
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import numpy as np
 from av.video.reformatter import VideoReformatter
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.decoding import LARGEST_IMAGE, Orientation, decoding
 from drake_tracker.footage.footage import Footage
 
 _MOST_DECLARED = 100
@@ -55,32 +54,6 @@ class FrameTimes:
         return own
 
 
-@dataclass(frozen=True)
-class Orientation:
-    """A transposition followed by reflections, which together are any quarter turn with or without a mirror image.
-
-    Attributes:
-        transposed: whether rows and columns are exchanged.
-        flip_x: whether the columns are then reversed.
-        flip_y: whether the rows are then reversed.
-    """
-
-    transposed: bool = False
-    flip_x: bool = False
-    flip_y: bool = False
-
-    def size(self, width: int, height: int) -> tuple[int, int]:
-        """Returns (width, height) [px] of an image as shown, from width and height of the stored image."""
-        return (height, width) if self.transposed else (width, height)
-
-    def apply(self, image: np.ndarray) -> np.ndarray:
-        """Returns an image (h, w, 3) as it is shown."""
-        if self == Orientation():
-            return image
-        shown = image.transpose(1, 0, 2) if self.transposed else image
-        return np.ascontiguousarray(shown[:: -1 if self.flip_y else 1, :: -1 if self.flip_x else 1])
-
-
 def open_video(path: str | Path, fps: float | None = None) -> Footage:
     """Returns the `Footage` of a video file, upright as a player would show it.
 
@@ -93,18 +66,21 @@ def open_video(path: str | Path, fps: float | None = None) -> Footage:
     Raises DrakeTrackerError, one line, when the file cannot be read, or contains no video or no times.
     """
     ticks: list[Any] = []
-    try:
+    with decoding(path, "this video cannot be read"):
         with av.open(str(path)) as container:
             stream = _video_stream(container, path)
             stored = (stream.codec_context.width, stream.codec_context.height)
+            if stored[0] * stored[1] > LARGEST_IMAGE:
+                raise DrakeTrackerError(
+                    f"{path}: this video has {stored[0]} x {stored[1]} px; at most {LARGEST_IMAGE / 1e6:g} million "
+                    "pixels are read"
+                )
             base, reordered = stream.time_base, bool(stream.codec_context.has_b_frames)
             for packet in _packets(container, stream):
                 if not packet.is_discard:
                     ticks.append(packet.dts if packet.pts is None else packet.pts)
             missing = _missing_at_end(container, stream, ticks) if ticks else 0
-            orientation = _orientation(path)
-    except (av.error.FFmpegError, OSError) as error:
-        raise DrakeTrackerError(f"{path}: this video cannot be read: {reason(error)}") from None
+        orientation = _orientation(path)
     if not ticks or not all(stored):
         raise DrakeTrackerError(f"{path}: there is no image in this video")
     if fps is None and None in ticks:
@@ -116,12 +92,6 @@ def open_video(path: str | Path, fps: float | None = None) -> Footage:
     clock = FrameTimes(ticks, reordered)
     times = np.array([float((tick - clock.ticks[0]) * base) for tick in clock.ticks])
     return Footage(str(path), video.size, lambda: video.frames(clock, base), times, warning=video.warning)
-
-
-def reason(error: BaseException) -> str:
-    """Returns the reason for an error of FFmpeg or of the operating system, in words."""
-    code = getattr(error, "errno", None)
-    return getattr(error, "strerror", None) or (os.strerror(code) if code else str(error))
 
 
 class _Video:
@@ -155,26 +125,23 @@ class _Video:
         self._good, self._bad, self._ended = 0, 0, False
         if isinstance(clock, FrameTimes):
             clock.restart()
-        try:
-            with av.open(str(self._path)) as container:
-                stream = _video_stream(container, self._path)
-                stream.thread_type = "AUTO"
-                converter = VideoReformatter()
-                for index, frame in enumerate(self._decode(container, stream)):
-                    if isinstance(clock, FrameTimes):
-                        time = float((clock.next(frame.pts) - clock.ticks[0]) * base)
-                    else:
-                        time = index / clock
-                    if frame.is_corrupt:
-                        self._bad += 1
-                        continue
-                    if (frame.width, frame.height) != self._stored:
-                        raise DrakeTrackerError(f"{self._path}: the size of the images changes after {time:.2f} s")
-                    self._good += 1
-                    yield time, self._orientation.apply(_rgb(frame, converter))
-                self._ended = True
-        except (av.error.FFmpegError, OSError) as error:
-            raise DrakeTrackerError(f"{self._path}: this video cannot be read any more: {reason(error)}") from None
+        with decoding(self._path, "this video cannot be read any more"), av.open(str(self._path)) as container:
+            stream = _video_stream(container, self._path)
+            stream.thread_type = "AUTO"
+            converter = VideoReformatter()
+            for index, frame in enumerate(self._decode(container, stream)):
+                if isinstance(clock, FrameTimes):
+                    time = float((clock.next(frame.pts) - clock.ticks[0]) * base)
+                else:
+                    time = index / clock
+                if frame.is_corrupt:
+                    self._bad += 1
+                    continue
+                if (frame.width, frame.height) != self._stored:
+                    raise DrakeTrackerError(f"{self._path}: the size of the images changes after {time:.2f} s")
+                self._good += 1
+                yield time, self._orientation.apply(_rgb(frame, converter))
+            self._ended = True
 
     def _decode(self, container: Any, stream: Any) -> Iterator[Any]:
         """Yields the frames that can be decoded."""
@@ -224,12 +191,21 @@ def _orientation(path: str | Path) -> Orientation:
         for packet in _packets(container, stream, flush=True):
             try:
                 for frame in stream.codec_context.decode(packet):
-                    for data in frame.side_data.keys():  # noqa: SIM118 - iterating gives the same, but is not typed
-                        if data.type.name == "DISPLAYMATRIX":
-                            return read_orientation(memoryview(data))
-                    return Orientation()
+                    return _orientation_of(frame)
             except av.error.InvalidDataError:
                 continue
+    return Orientation()
+
+
+def _orientation_of(frame: Any) -> Orientation:
+    """Returns the `Orientation` of a frame."""
+    try:
+        for data in frame.side_data.keys():  # noqa: SIM118 - iterating gives the same, but is not typed
+            if data.type.name == "DISPLAYMATRIX":
+                return read_orientation(memoryview(data))
+    except ValueError:  # PyAV knows no name for one of the kinds of data, such as EXIF
+        c, s = (round(f(np.deg2rad(frame.rotation))) for f in (np.cos, np.sin))
+        return read_orientation(np.array([c, -s, 0, s, c], np.int32).tobytes())
     return Orientation()
 
 

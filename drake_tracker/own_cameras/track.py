@@ -11,9 +11,9 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.processes.signals import held
+from drake_tracker.footage.decoding import reason
 from drake_tracker.footage.recording import FOLDER
 from drake_tracker.footage.timeline import share_a_clock
-from drake_tracker.footage.video import reason
 from drake_tracker.own_cameras.camera_order_check import are_swapped, places
 from drake_tracker.own_cameras.mcap_track import MCAP_FILE, TrackMcap
 from drake_tracker.own_cameras.moment_check import compare_moments, describe_moments
