@@ -45,7 +45,8 @@ KINDS = {  # name of a function in fuzz_files or fuzz_packets: how often it is d
     "replay": 4,
     "campaign": 4,
     "data_file": 8,
-    "footage": 3,
+    "footage": 5,
+    "arm_description": 3,
     "read_messages": 20,
     "host_process": 5,
     "arm_receiver": 12,
@@ -61,8 +62,10 @@ STARTING = 600.0
 
 
 def kind_of(number, seed):
-    """Returns (kind, generator) of a case."""
+    """Returns (kind, generator) of a case; with --only, all cases are of this kind."""
     generator = random.Random(f"{seed} {number}")
+    if "FUZZ_ONLY" in os.environ:
+        return os.environ["FUZZ_ONLY"], generator
     return generator.choices(list(KINDS), KINDS.values())[0], generator
 
 
@@ -207,7 +210,10 @@ def main():
     parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")
     parser.add_argument("--case", type=int, metavar="N", help="run this case only, without a time limit")
     parser.add_argument("--json", type=Path, default=RESULTS, help="file for the result")
+    parser.add_argument("--only", metavar="KIND", choices=KINDS, help="run cases of this kind only")
     options = parser.parse_args()
+    if options.only:
+        os.environ["FUZZ_ONLY"] = options.only
     with tempfile.TemporaryDirectory(prefix="fuzz-") as scratch:
         scratch = Path(scratch).resolve()
         if options.case is not None:

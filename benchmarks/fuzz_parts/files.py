@@ -3,10 +3,14 @@
 import json
 import os
 import shutil
+import sqlite3
+import struct
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import cv2
 import numpy as np
 import yaml
 from autopsy_run import AutopsyRun
@@ -14,13 +18,18 @@ from campaign_trials import here, quick
 from films import CAMERAS, film, write_calibration, write_images, write_video
 from fuzz_parts.guard import command, process, watched
 from fuzz_parts.mutations import SCALARS, mutate, mutate_json, mutate_log, mutate_yaml
+from mcap.writer import Writer
+from urdf_arms import MOTORS, urdf
 
 import drake_tracker.campaign.run as campaign_run
 from drake_tracker import cli
+from drake_tracker.arm.arm_check import check_arm
+from drake_tracker.arm.description import PUMA560
 from drake_tracker.cameras.files.calibration_file import load_calibration, load_pose
 from drake_tracker.cameras.files.camera_files import KALIBR, OPENCV, ROS, load_cameras, save_foreign
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, LogStream, save_log
+from drake_tracker.core.models_path import models_path
 from drake_tracker.core.processes.loopback_server import LoopbackServer
 from drake_tracker.measured.measured_error_file import load_error
 from drake_tracker.scenarios.reader import describe_settings
@@ -54,10 +63,51 @@ def prepare(scratch):
     times = np.arange(12) / 30.0
     write_images(BASE / "images", film("left", times))
     write_video(BASE / "left.mkv", film("left", times), times)
+    coded = [turned_jpeg(image, 1 + number % 8) for number, image in enumerate(film("left", times))]
+    (BASE / "photographs").mkdir()
+    for number, data in enumerate(coded):
+        (BASE / "photographs" / f"{number}.jpg").write_bytes(data)
+    (BASE / "left.mjpeg").write_bytes(b"".join(coded))
+    write_bags(BASE, coded)
+    (BASE / "arm.urdf").write_text(urdf(drives=MOTORS))
+    shutil.copy(models_path() / "puma560" / "puma560.sdf", BASE)
     write_calibration(BASE / "cameras.yaml")
     LoopbackServer.serve_forever = lambda server, *_: None
     campaign_run.make_runner = lambda *_: lambda work, jobs: here(quick, jobs)
     cli.main([*CAMPAIGN, "--out", str(BASE / "campaign")])
+
+
+def turned_jpeg(image, orientation):
+    """A JPEG file with an EXIF orientation."""
+    data = cv2.imencode(".jpg", image)[1].tobytes()
+    entry = struct.pack("<HHIHH", 0x112, 3, 1, orientation, 0)
+    body = b"Exif\0\0II*\0" + struct.pack("<IH", 8, 1) + entry + bytes(4)
+    return data[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + data[2:]
+
+
+def write_bags(folder, coded):
+    """Writes bag.mcap and bag.db3 with compressed images, 30 a second."""
+    kind, rows = "sensor_msgs/msg/CompressedImage", []
+    for number, data in enumerate(coded):
+        stamp = number * 33_000_000
+        head = struct.pack("<4sIII", b"\0\1\0\0", 1, stamp, 2) + b"a\0\0\0"
+        rows.append(
+            (10**9 + stamp, head + struct.pack("<I", 5) + b"jpeg\0\0\0\0" + struct.pack("<I", len(data)) + data)
+        )
+    with open(folder / "bag.mcap", "wb") as stream:
+        writer = Writer(stream, chunk_size=20_000)
+        writer.start()
+        schema = writer.register_schema(name=kind, encoding="ros2msg", data=b"")
+        channel = writer.register_channel(topic="/left", message_encoding="cdr", schema_id=schema)
+        for stamp, data in rows:
+            writer.add_message(channel_id=channel, log_time=stamp, publish_time=stamp, data=data)
+        writer.finish()
+    with sqlite3.connect(folder / "bag.db3") as base:
+        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
+        base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        base.execute("INSERT INTO topics VALUES (1, '/left', ?)", (kind,))
+        base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (1, ?, ?)", rows)
+    base.close()
 
 
 @cache
@@ -249,27 +299,40 @@ def foreign_calibration(generator, folder):
     form = generator.choice([OPENCV, ROS, KALIBR])
     paths = save_foreign(folder / "here" / f"cameras.{generator.choice(['yaml', 'yml', 'xml'])}", CAMERAS, form)
     for path in generator.sample(paths, generator.randint(1, len(paths))):
-        text = mutate_yaml(generator, path.read_text(), generator.randint(1, 3))
+        whole = path.read_text()
+        if form == ROS:
+            whole += "binning_x: 2\nbinning_y: 1\nroi: {x_offset: 10, y_offset: 20, width: 100, height: 80}\n"
+        text = mutate_yaml(generator, whole, generator.randint(1, 3))
         path.write_bytes(text.encode("utf-8", "surrogateescape"))
     with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
         load_cameras(paths)
 
 
 def footage(generator, folder):
-    """`track` with damaged images, videos and calibrations."""
-    source, calibration = folder / "here" / generator.choice(["images", "left.mkv"]), folder / "here" / "cameras.yaml"
+    """`track` with damaged images (some with EXIF data), videos, bags and calibrations."""
+    kind = generator.choice(["images", "photographs", "left.mkv", "left.mjpeg", "bag.mcap", "bag.db3"])
+    source, calibration = folder / "here" / kind, folder / "here" / "cameras.yaml"
     text = (BASE / "cameras.yaml").read_text()
     calibration.write_text(mutate_yaml(generator, text, generator.randrange(3)), errors="replace")
-    if source.name == "images":
-        shutil.copytree(BASE / "images", source)
+    if (BASE / kind).is_dir():
+        shutil.copytree(BASE / kind, source)
         for path in generator.sample(sorted(source.iterdir()), generator.randint(1, 2)):
             path.write_bytes(mutate(generator, path.read_bytes(), 1))
     else:
-        source.write_bytes(mutate(generator, (BASE / "left.mkv").read_bytes(), generator.randint(1, 4)))
+        source.write_bytes(mutate(generator, (BASE / kind).read_bytes(), generator.randint(1, 4)))
     plane = ["--calibration", "cameras.yaml", "--plane", "board"] if generator.random() < 0.7 else []
     options = ["--detector", "FrameDifference {}", "--no-overlay", "--out", "out"]
-    options += ["--fps", "30"] if source.name == "images" else []
+    options += ["--fps", "30"] if (BASE / kind).is_dir() or kind == "left.mjpeg" else []
     return command(folder, folder / "here" / "out", "track", source.name, *plane, *options)
+
+
+def arm_description(generator, folder):
+    """Descriptions of arms as URDF and SDF."""
+    name = generator.choice(["puma560.sdf", "arm.urdf"])
+    path = folder / "here" / name
+    path.write_bytes(mutate(generator, (BASE / name).read_bytes(), generator.randint(1, 3)))
+    with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
+        check_arm(replace(PUMA560, arm_url=path.as_uri()))
 
 
 def real_process(generator, folder):

@@ -41,7 +41,7 @@ def check_arm(arm: ArmDescription) -> None:
     try:
         plant.Finalize()
         builder.Build().CreateDefaultContext()  # reads the meshes
-    except RuntimeError as error:
+    except (RuntimeError, SystemExit) as error:
         raise DrakeTrackerError(f"{arm.arm_url}: {' '.join(str(error).split())}") from None
     if [joint.name() for joint in sorted(joints, key=lambda joint: joint.velocity_start())] != [
         joint.name() for joint in joints

@@ -70,7 +70,7 @@ def _only_model(parser: Parser, url: str) -> ModelInstanceIndex:
             if folder.name and not known.Contains(folder.name):
                 known.Add(folder.name, str(folder))
         models = parser.AddModelsFromUrl(url)
-    except (RuntimeError, ValueError) as error:  # Drake's message says what is missing
+    except (RuntimeError, ValueError, SystemExit) as error:  # Drake says what is wrong; SystemExit for a bad shape
         text = " ".join(str(error).split())
         hint = "; convert the mesh to .obj" if "unsupported extension" in text else ""
         raise DrakeTrackerError(f"{url}: {text}{hint}") from None

@@ -2,19 +2,23 @@
 
 import re
 import sqlite3
-import struct
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.regular_file import open_regular
+
+LARGEST_MESSAGE = 400_000_000
+"""Largest message, record and decompressed chunk [bytes]; an image of 100 million pixels has 300 million."""
+_TABLES = {"topics", "messages"}
+"""Tables of rosbag2 that are read."""
+_READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
 
 
 class BagStorage(Protocol):
-    """Where the messages of a bag are stored."""
-
-    broken: tuple[type[Exception], ...]
-    """Exceptions that a damaged bag raises."""
+    """Where the messages of a bag are stored. Its methods raise any exception when a file is damaged."""
 
     def topics(self) -> dict[str, str]:
         """Returns {topic: type of its messages}."""
@@ -28,11 +32,12 @@ class BagStorage(Protocol):
 class SqliteStorage:
     """Files that rosbag2 wrote with its storage ``sqlite3``; they are opened read-only.
 
+    A file can contain more than data: views and generated columns are computed when they are read, and would fill the
+    disk. Only plain tables are read, functions are not allowed, and the messages are fetched one by one.
+
     Args:
         files: in the order of time.
     """
-
-    broken: tuple[type[Exception], ...] = (sqlite3.Error, ValueError, OSError, TypeError)
 
     def __init__(self, files: Sequence[Path]) -> None:
         self._files = files
@@ -49,33 +54,53 @@ class SqliteStorage:
         """Yields (time of recording [ns], message) of a topic, in the order of time."""
         for file in self._files:
             with _connected(file) as base:
-                for stamp, data in base.execute(
-                    "SELECT m.timestamp, m.data FROM messages m JOIN topics t ON m.topic_id = t.id "
-                    "WHERE t.name = ? ORDER BY m.timestamp",
-                    (topic,),
-                ):
-                    if not isinstance(stamp, int) or not isinstance(data, bytes):
-                        raise ValueError("a message has no time or no data")
-                    yield stamp, data
+                numbers = [number for (number,) in base.execute("SELECT id FROM topics WHERE name = ?", (topic,))]
+                for number in numbers:
+                    rows = base.execute(
+                        "SELECT timestamp, rowid FROM messages WHERE topic_id = ? ORDER BY timestamp", (number,)
+                    )
+                    for stamp, row in rows.fetchall():
+                        data = base.execute("SELECT data FROM messages WHERE rowid = ?", (row,)).fetchone()
+                        if not isinstance(stamp, int) or data is None or not isinstance(data[0], bytes):
+                            raise ValueError("a message has no time or no data")
+                        yield stamp, data[0]
 
 
 class _connected:
     """A connection to a SQLite file, read-only, closed at the end."""
 
     def __init__(self, file: Path) -> None:
+        open_regular(file).close()  # a pipe would block SQLite for ever
         # Nothing is written beside the file, unless a recording that was not ended left its log there.
         more = "" if file.with_name(f"{file.name}-wal").exists() else "&immutable=1"
         self._base = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro{more}", uri=True)
 
     def __enter__(self) -> sqlite3.Connection:
-        return self._base
+        base = self._base
+        try:
+            for setting in ("trusted_schema=OFF", "cell_size_check=ON", "temp_store=MEMORY"):
+                base.execute(f"PRAGMA {setting}")
+            base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
+            base.set_authorizer(lambda action, *_: sqlite3.SQLITE_OK if action in _READING else sqlite3.SQLITE_DENY)
+            parts = base.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
+            plain = {
+                name
+                for kind, name, text in parts
+                if kind == "table" and not re.search(r"\b(VIRTUAL|GENERATED|AS)\b", str(text), re.IGNORECASE)
+            }
+            if not plain >= _TABLES:
+                raise ValueError("it has no tables topics and messages as rosbag2 writes them")
+        except BaseException:
+            base.close()
+            raise
+        return base
 
     def __exit__(self, *_: object) -> None:
         self._base.close()
 
 
 class McapStorage:
-    """Files in MCAP format.
+    """Files in MCAP format. A file whose recording was not ended has no summary, and is read from its beginning.
 
     Args:
         files: in the order of time.
@@ -85,34 +110,79 @@ class McapStorage:
 
     def __init__(self, files: Sequence[Path]) -> None:
         try:
-            from mcap.exceptions import McapError
-            from mcap.reader import make_reader
+            import mcap.stream_reader
         except ImportError:
             raise DrakeTrackerError(
                 "reading an MCAP file needs the package mcap: pip install 'drake-tracker[rosbag]'"
             ) from None
-        self._files, self._make_reader = files, make_reader
-        self.broken: tuple[type[Exception], ...] = (
-            McapError, OSError, ValueError, IndexError, struct.error, EOFError, RuntimeError,
-        )  # fmt: skip
+        self._files, self._mcap = files, mcap
 
     def topics(self) -> dict[str, str]:
-        """Returns {topic: type of its messages}."""
+        """Returns {topic: type of its messages}, of those that have messages before the file is damaged."""
         found: dict[str, str] = {}
         for file in self._files:
-            with open(file, "rb") as stream:
-                summary = self._make_reader(stream).get_summary()
-            if summary is not None:
-                kinds = {key: schema.name for key, schema in summary.schemas.items()}
-                found |= {each.topic: kinds.get(each.schema_id, "") for each in summary.channels.values()}
+            try:
+                found |= self._summarised(file)
+            except Exception:  # there is no summary, or it is damaged
+                try:
+                    for topic, kind, _, _ in self._records(file):
+                        found[topic] = kind
+                except Exception:
+                    if not found:
+                        raise
         return found
 
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
         """Yields (time of recording [ns], message) of a topic, in the order of time."""
         for file in self._files:
-            with open(file, "rb") as stream:
-                for _, _, message in self._make_reader(stream).iter_messages(topics=[topic]):
-                    yield message.log_time, message.data
+            for each, _, stamp, data in self._records(file):
+                if each == topic:
+                    yield stamp, data
+
+    def _summarised(self, file: Path) -> dict[str, str]:
+        """Returns the topics in the summary at the end of a file. Raises any exception when there is none."""
+        from mcap.reader import SeekingReader
+
+        with open_regular(file) as stream:
+            summary = SeekingReader(stream, record_size_limit=LARGEST_MESSAGE).get_summary()
+        if summary is None:
+            raise ValueError("there is no summary")
+        kinds = {key: schema.name for key, schema in summary.schemas.items()}
+        return {each.topic: kinds.get(each.schema_id, "") for each in summary.channels.values()}
+
+    def _records(self, file: Path) -> Iterator[tuple[str, str, int, bytes]]:
+        """Yields (topic, type, time of recording [ns], message) of a file; those of a chunk in the order of time."""
+        from mcap.records import Channel, Chunk, Message, Schema
+        from mcap.stream_reader import StreamReader, breakup_chunk
+
+        kinds: dict[int, str] = {}
+        channels: dict[int, Any] = {}
+        with open_regular(file) as stream:
+            for record in StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_MESSAGE).records:
+                parts = breakup_chunk(_decompressed(record)) if isinstance(record, Chunk) else [record]
+                kinds |= {each.id: each.name for each in parts if isinstance(each, Schema)}
+                channels |= {each.id: each for each in parts if isinstance(each, Channel)}
+                for each in sorted(
+                    (each for each in parts if isinstance(each, Message)), key=lambda message: message.log_time
+                ):
+                    channel = channels[each.channel_id]
+                    yield channel.topic, kinds.get(channel.schema_id, ""), each.log_time, each.data
+
+
+def _decompressed(chunk: Any) -> Any:
+    """Returns a chunk without compression. Raises ValueError when it is larger than `LARGEST_MESSAGE`."""
+    import lz4.frame
+    import zstandard
+
+    if chunk.compression == "zstd":
+        data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(LARGEST_MESSAGE + 1)
+    elif chunk.compression == "lz4":
+        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=LARGEST_MESSAGE + 1)
+    else:
+        return chunk
+    if len(data) > LARGEST_MESSAGE:
+        raise ValueError("a chunk is larger than any message")
+    return replace(chunk, compression="", data=data)
 
 
 SUFFIXES: dict[str, Callable[[Sequence[Path]], BagStorage]] = {".mcap": McapStorage, ".db3": SqliteStorage}

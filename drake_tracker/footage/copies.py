@@ -32,9 +32,9 @@ def without_copies(footage: Footage) -> Footage:
     if footage.times is None or footage.rate is not None:
         return footage
     try:
-        if not _is_converted(np.array(list(islice(_are_copies(footage), _LOOKED_AT)))):
+        if not _is_converted(np.array(list(islice(_are_copies(footage), _LOOKED_AT)), dtype=bool)):
             return footage
-        new = ~np.array(list(_are_copies(footage)))
+        new = ~np.array(list(_are_copies(footage)), dtype=bool)
     except DrakeTrackerError:  # a damaged image, which the track reports, with what was tracked before
         return footage
     distinct = footage.only(new)

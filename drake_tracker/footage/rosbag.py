@@ -1,7 +1,8 @@
 """An image topic of a ROS 2 bag as footage."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -9,11 +10,13 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.bag_storage import find_storage
-from drake_tracker.footage.decoding import decode
+from drake_tracker.footage.decoding import decode, decoding, reason
 from drake_tracker.footage.footage import Footage
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 _CDR_HEADER = 4
+_MOST_LISTED = 20
+"""Largest number of topics in a message."""
 _LONGEST_NAME = 4096
 """Largest number of bytes of a text in a message."""
 _CODES = {
@@ -76,18 +79,22 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
     storage = find_storage(path)
     if not Path(path).exists():
         raise DrakeTrackerError(f"{path}: there is no such file or folder")
+    with decoding(path, "this bag cannot be read"):
+        topics = storage.topics()
+    chosen = _choose(path, topics, topic)
+    kind = topics[chosen]
+    stamps: list[int] = []
+    bits: int | None = None
+    damage: str | None = None
     try:
-        kinds = {name: kind for name, kind in storage.topics().items() if kind in (IMAGE, COMPRESSED)}
-        chosen = _choose(path, sorted(kinds), topic)
-        kind = kinds[chosen]
-        stamps: list[int] = []
-        bits: int | None = None
         for number, (recorded, message) in enumerate(storage.messages(chosen)):
             if number & (number - 1) == 0:  # a few images; a dark one does not show all of its bits
                 bits = max(bits or 0, bits_of_message(message, kind) or 0) or None
             stamps.append(read_stamp(message) or recorded)
-    except storage.broken as error:
-        raise DrakeTrackerError(f"{path}: this bag cannot be read: {_words(error)}") from None
+    except Exception as error:  # a damaged file can raise anything
+        damage = reason(error)
+        if not stamps:
+            raise DrakeTrackerError(f"{path}: this bag cannot be read: {damage}") from None
     if not stamps:
         raise DrakeTrackerError(f"{path}: there is no message of {chosen} in this bag")
     first = min(stamps)
@@ -97,8 +104,8 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
     def frames() -> Iterator[tuple[float, np.ndarray]]:
         last = -1.0
         size: tuple[int, ...] = ()
-        try:
-            for recorded, message in storage.messages(chosen):
+        with decoding(name, "this bag cannot be read any more"):
+            for recorded, message in islice(storage.messages(chosen), len(stamps)):
                 time = ((read_stamp(message) or recorded) - first) * 1e-9
                 if time > last:
                     last = time
@@ -107,25 +114,27 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
                     if image.shape[1::-1] != size:
                         raise DrakeTrackerError(f"{name}: the size of the images changes after {time:.2f} s")
                     yield time, image
-        except storage.broken as error:
-            raise DrakeTrackerError(f"{name}: this bag is damaged after {last:.2f} s: {_words(error)}") from None
+
+    def warning() -> str | None:
+        return damage and f"{name}: the bag is damaged or incomplete; {len(times)} images can be read: {damage}"
 
     _, image = next(frames())
-    return Footage(name, (image.shape[1], image.shape[0]), frames, times, first * 1e-9)
+    return Footage(name, (image.shape[1], image.shape[0]), frames, times, first * 1e-9, warning=warning)
 
 
-def _choose(path: str | Path, topics: Sequence[str], topic: str | None) -> str:
-    if not topics:
-        raise DrakeTrackerError(f"{path}: there is no topic with images in this bag")
-    if topic is None and len(topics) > 1:
-        raise DrakeTrackerError(f"{path}: name one of its topics after a colon: {', '.join(topics)}")
-    if topic is not None and topic not in topics:
-        raise DrakeTrackerError(f"{path}: there is no image topic {topic}; there are {', '.join(topics)}")
-    return topic or topics[0]
-
-
-def _words(error: BaseException) -> str:
-    return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+def _choose(path: str | Path, topics: Mapping[str, str], topic: str | None) -> str:
+    """Returns the topic to read. Raises DrakeTrackerError, one line that lists what there is."""
+    images = sorted(name for name, kind in topics.items() if kind in (IMAGE, COMPRESSED))
+    if not images:
+        others = ", ".join(f"{name} ({kind})" for name, kind in sorted(topics.items())[:_MOST_LISTED])
+        raise DrakeTrackerError(
+            f"{path}: there is no topic with images in this bag ({IMAGE} or {COMPRESSED}); it has {others or 'none'}"
+        )
+    if topic is None and len(images) > 1:
+        raise DrakeTrackerError(f"{path}: name one of its topics after a colon: {', '.join(images)}")
+    if topic is not None and topic not in images:
+        raise DrakeTrackerError(f"{path}: there is no image topic {topic}; there are {', '.join(images)}")
+    return topic or images[0]
 
 
 class _Reader:

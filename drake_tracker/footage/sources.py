@@ -66,6 +66,9 @@ def open_footage(spec: str, fps: float | None = None, start: Start | None = None
     bag, _, topic = spec.partition(":/")
     if is_bag(bag):
         return open_bag(bag, f"/{topic}" if topic else None)
+    if spec.endswith((".bag", ".zstd", ".zst")):
+        hint = "a bag of ROS 1; convert it with rosbags-convert" if spec.endswith(".bag") else "compressed; use zstd -d"
+        raise DrakeTrackerError(f"{spec}: is {hint}")
     if Path(spec).is_dir() or (any(sign in spec for sign in "*?[") and not Path(spec).exists()):
         return open_images(spec, fps)
     if Path(spec).exists() and not Path(spec).is_file():

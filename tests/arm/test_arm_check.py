@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
+from urdf_arms import AXES, LIMIT, MOTORS, urdf
 
 from drake_tracker.arm.arm_check import check_arm
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
@@ -14,41 +15,11 @@ from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.plant import add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
-AXES = ("0 0 1", "0 1 0", "0 1 0", "0 0 1", "0 1 0", "0 0 1")
-LIMIT = '<limit lower="-2.9" upper="2.9" velocity="3" effort="90"/>'
-
-
-def urdf(joints=(), drives=None, axes=AXES, fixed_to_world=False, extra=""):
-    """A chain of links of 0.2 m. ``joints`` replaces (type, limit) of the first joints; drives names actuators."""
-    inertial = (
-        '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
-    names = ["base", *(f"link{k}" for k in range(1, len(axes))), "flange"]
-    parts = [f'<link name="{name}">{inertial}</link>' for name in names]
-    if fixed_to_world:
-        parts += ['<link name="world"/>']
-        parts += ['<joint name="fixed" type="fixed"><parent link="world"/><child link="base"/></joint>']
-    for k, axis in enumerate(axes):
-        kind, limit = joints[k] if k < len(joints) else ("revolute", LIMIT)
-        parts.append(
-            f'<joint name="joint{k + 1}" type="{kind}"><parent link="{names[k]}"/><child link="{names[k + 1]}"/>'
-            f'<origin xyz="0 0 0.2"/><axis xyz="{axis}"/>{limit}</joint>'
-        )
-    for actuator, joint in (drives or {}).items():
-        parts.append(
-            f'<transmission name="{actuator}_t"><type>transmission_interface/SimpleTransmission</type>'
-            f'<joint name="{joint}"/><actuator name="{actuator}"/></transmission>'
-        )
-    return f'<robot name="arm">{"".join(parts)}{extra}</robot>'
-
 
 def arm(tmp_path, text, count=6, **changes):
     (tmp_path / "arm.urdf").write_text(text)
     numbers = {"servo_inertia": (1.0,) * count, "servo_bandwidth": (50.0,) * count, "q_start": (0.1,) * count}
     return replace(PUMA560, **{"arm_url": (tmp_path / "arm.urdf").as_uri()} | numbers | changes)
-
-
-MOTORS = {f"motor{k}": f"joint{k}" for k in range(1, 7)}
 
 
 @pytest.mark.parametrize("description", [PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E])
@@ -176,3 +147,10 @@ def test_the_base_height_moves_the_whole_arm():
     plant.Finalize()
     pose = plant.GetFrameByName("base").CalcPoseInWorld(plant.CreateDefaultContext())
     assert pose.IsExactlyEqualTo(RigidTransform([0.0, 0.0, 0.25]))
+
+
+def test_a_shape_at_which_drake_stops_is_one_line(tmp_path):
+    shape = '<collision><geometry><sphere radius="nan"/></geometry></collision></link>'
+    with pytest.raises(DrakeTrackerError, match="arm.urdf: .*radius") as caught:
+        check_arm(arm(tmp_path, urdf().replace("</link>", shape, 1)))
+    assert "\n" not in str(caught.value)

@@ -75,3 +75,8 @@ def test_a_damaged_recording_is_kept_for_the_track_to_report():
 
     damaged = replace(footage, frames=frames)
     assert without_copies(damaged) is damaged
+
+
+def test_a_recording_without_any_image_is_kept():
+    footage = replace(converted(range(60)), frames=lambda: iter(()))
+    assert without_copies(footage) is footage

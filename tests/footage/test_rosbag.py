@@ -1,3 +1,5 @@
+import os
+import re
 import sqlite3
 import struct
 import sys
@@ -6,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType
 from mcap_ros2.writer import Writer
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -37,7 +40,7 @@ def bag(tmp_path):
     """Two topics: raw mono images every 50 ms, and red ones, compressed, every 50 ms but the third, 10 ms later."""
     path = tmp_path / "run.mcap"
     with open(path, "wb") as stream:
-        writer = Writer(stream)
+        writer = Writer(stream, chunk_size=400)
         raw = writer.register_msgdef("sensor_msgs/msg/Image", IMAGE)
         compressed = writer.register_msgdef("sensor_msgs/msg/CompressedImage", COMPRESSED)
         for k in range(10):
@@ -83,7 +86,7 @@ def test_a_broken_bag_is_one_line(bag):
 
 
 def test_without_the_packages_it_says_how_to_get_them(bag, monkeypatch):
-    monkeypatch.setitem(sys.modules, "mcap.reader", None)
+    monkeypatch.setitem(sys.modules, "mcap.stream_reader", None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[rosbag\]'"):
         open_footage(f"{bag}:/right")
 
@@ -124,13 +127,99 @@ def test_a_folder_of_databases_is_the_same_bag(bag, tmp_path, files, topic):
 
 
 def test_a_broken_database_is_one_line(tmp_path):
-    for content, words in ((b"no bag", "file is not a database"), (b"", "no such table")):
+    for content, words in ((b"no bag", "file is not a database"), (b"", "it has no tables topics and messages")):
         (tmp_path / "bag.db3").write_bytes(content)
         with pytest.raises(DrakeTrackerError, match=f"bag.db3: this bag cannot be read: .*{words}") as caught:
             open_footage(str(tmp_path / "bag.db3"))
         assert "\n" not in str(caught.value)
     with pytest.raises(DrakeTrackerError, match="there is no such file"):
         open_footage(str(tmp_path / "nowhere.db3"))
+
+
+def test_a_recording_that_was_not_ended_gives_the_images_that_it_has(bag):
+    """Without the summary at the end, as after a loss of power, and cut off in a message."""
+    bag.write_bytes(bag.read_bytes()[:-2000])
+    footage = open_footage(f"{bag}:/left/image_raw")
+    shown = [int(image[0, 0, 1]) for _, image in footage.frames()]
+    assert shown == [20 * k for k in range(len(footage.times))] and 3 <= len(shown) <= 10
+    assert re.fullmatch(
+        rf"{bag}:/left/image_raw: the bag is damaged or incomplete; {len(shown)} images can be read: .+",
+        footage.warning(),
+    )
+
+
+def test_a_whole_bag_has_no_warning(bag):
+    assert open_footage(f"{bag}:/right").warning() is None
+
+
+@pytest.mark.parametrize("suffix", [".mcap", ".db3"])
+def test_a_pipe_is_no_bag(tmp_path, suffix):
+    os.mkfifo(tmp_path / f"a{suffix}")
+    with pytest.raises(DrakeTrackerError, match="this bag cannot be read: it is not a regular file"):
+        open_footage(str(tmp_path / f"a{suffix}"))
+
+
+BLOB = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
+TOPICS = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)"
+MANY = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS id, 1 AS topic_id, i AS timestamp, "
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        [TOPICS, f"CREATE VIEW messages AS {MANY} zeroblob(1000000) AS data FROM n"],
+        [BLOB, f"CREATE VIEW topics AS {MANY} 'a' AS name, 'b' AS type FROM n"],
+        [TOPICS, BLOB.replace("data BLOB", "data BLOB GENERATED ALWAYS AS (zeroblob(300000000)) VIRTUAL")],
+        [TOPICS, "CREATE VIRTUAL TABLE messages USING fts5(data)"],
+    ],
+)
+def test_only_plain_tables_are_read(tmp_path, statements):
+    base = sqlite3.connect(tmp_path / "a.db3")
+    for statement in statements:
+        base.execute(statement)
+    base.commit()
+    base.close()
+    words = "a.db3: this bag cannot be read: it has no tables topics and messages as rosbag2 writes them"
+    with pytest.raises(DrakeTrackerError, match=words):
+        open_footage(str(tmp_path / "a.db3"))
+
+
+@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.LZ4])
+def test_a_chunk_that_grows_beyond_any_image_is_refused(tmp_path, monkeypatch, compression):
+    monkeypatch.setattr("drake_tracker.footage.bag_storage.LARGEST_MESSAGE", 100_000)
+    with open(tmp_path / "a.mcap", "wb") as stream:
+        writer = Writer(stream, compression=compression)
+        kind = writer.register_msgdef("sensor_msgs/msg/CompressedImage", COMPRESSED)
+        writer.write_message("/a", kind, {"header": header(1), "format": "png", "data": bytes(1_000_000)}, log_time=1)
+        writer.finish()
+    with pytest.raises(DrakeTrackerError, match="this bag cannot be read: a chunk is larger than any message"):
+        open_footage(str(tmp_path / "a.mcap"))
+
+
+def test_topics_without_images_are_listed(tmp_path):
+    with open(tmp_path / "a.mcap", "wb") as stream:
+        writer = Writer(stream)
+        kind = writer.register_msgdef("std_msgs/msg/String", "string data")
+        writer.write_message("/chatter", kind, {"data": "a"}, log_time=1)
+        writer.finish()
+    with pytest.raises(
+        DrakeTrackerError, match=r"there is no topic with images .*; it has /chatter \(std_msgs/msg/String"
+    ):
+        open_footage(str(tmp_path / "a.mcap"))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("a.db3.zstd", "is compressed; use zstd -d"),
+        ("a.mcap.zst", "is compressed"),
+        ("a.bag", "is a bag of ROS 1; conv"),
+    ],
+)
+def test_other_files_of_bags_are_named(tmp_path, name, words):
+    (tmp_path / name).write_bytes(b"#ROSBAG V2.0\n")
+    with pytest.raises(DrakeTrackerError, match=f"{name}: {words}"):
+        open_footage(str(tmp_path / name))
 
 
 def message(encoding, data, width=8, height=4, step=None, order="<"):
