@@ -1,14 +1,17 @@
 """The triangulator as a Drake System: two centroids in, one 3-D point out."""
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
+from pydrake.systems.sensors import RgbdSensor
 
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.vision.region_of_interest import check_box
 
@@ -16,6 +19,10 @@ STAMP_TOLERANCE = 1e-9
 """Stamps that differ by less [s] belong to the same instant: both come from one 60 Hz clock."""
 MAX_GAP = 0.03
 """Two rays that pass each other at a larger distance [m] are not of one point."""
+LEAST_DISTANCE = 1e-3
+"""Least distance of two cameras [m]."""
+_NEAR = 0.1
+"""Sum of the distances of two sensors from two calibrated cameras [m] below which they are the same cameras."""
 MARGIN = 0.05
 """A point may lie outside the work volume by this much [m]."""
 
@@ -51,7 +58,7 @@ class TriangulatorSystem(LeafSystem):
         margin: by which a point may lie outside the work volume [m].
         stamp_tolerance: largest difference of the stamps [s]; larger for cameras that are not synchronised.
 
-    Raises DrakeTrackerError when the work volume is not a box.
+    Raises DrakeTrackerError when the work volume is not a box, or both cameras are at one place.
     """
 
     def __init__(
@@ -65,6 +72,9 @@ class TriangulatorSystem(LeafSystem):
         stamp_tolerance: float = STAMP_TOLERANCE,
     ) -> None:
         super().__init__()
+        apart = float(np.linalg.norm(camera_left.X_WC[:3, 3] - camera_right.X_WC[:3, 3]))
+        if apart < LEAST_DISTANCE:
+            raise DrakeTrackerError(f"the two cameras are {1e3 * apart:.2g} mm apart; their rays do not fix a depth")
         self._cameras = (camera_left, camera_right)
         self._max_gap = float(max_gap)
         self._stamp_tolerance = float(stamp_tolerance)
@@ -137,8 +147,16 @@ def add_triangulator(
         stamp_tolerance: largest difference of the stamps [s].
         name: of the System.
 
-    Raises DrakeTrackerError when the work volume is not a box.
+    Raises DrakeTrackerError when the work volume is not a box, when there are not two cameras and two centroids, or
+    when the centroids come from sensors of this diagram that contradict the cameras: in another order, or of another
+    size.
     """
+    if len(cameras) != 2 or len(centroids) not in (0, 2):
+        raise DrakeTrackerError(
+            f"{name}: {len(cameras)} cameras and {len(centroids)} centroids; a triangulator has two of each"
+            + ("; for one camera and a plane there is add_plane_projector" if len(cameras) == 1 else "")
+        )
+    _check_sensors(builder, cameras, centroids, name)
     system: TriangulatorSystem = builder.AddNamedSystem(
         name,
         TriangulatorSystem(
@@ -147,6 +165,55 @@ def add_triangulator(
     )
     connect_centroids(builder, centroids, system)
     return system
+
+
+def _check_sensors(
+    builder: DiagramBuilder, cameras: Sequence[CameraModel], centroids: Sequence[OutputPort], name: str
+) -> None:
+    """Raises DrakeTrackerError when centroids come from `RgbdSensor` Systems that contradict the cameras."""
+    sensors = [_sensor_of(builder, port) for port in centroids]
+    for k, (camera, sensor) in enumerate(zip(cameras, sensors)):
+        if sensor is None:
+            continue
+        info = sensor.default_color_render_camera().core().intrinsics()
+        if (info.width(), info.height()) != (camera.width, camera.height):
+            raise DrakeTrackerError(
+                f"{name}: cameras[{k}] has images of {camera.width} x {camera.height} px, and the sensor "
+                f"{sensor.get_name()} of its centroid {info.width()} x {info.height()} px"
+            )
+    if len(sensors) != 2 or any(
+        each is None or each.default_parent_frame_id() != SceneGraph.world_frame_id() for each in sensors
+    ):
+        return
+    seen = [
+        (each.default_X_PB() @ each.default_color_render_camera().core().sensor_pose_in_camera_body()).translation()
+        for each in sensors
+        if each is not None
+    ]
+    known = [camera.X_WC[:3, 3] for camera in cameras]
+    as_given, exchanged = (
+        sum(float(np.linalg.norm(p - q)) for p, q in zip(seen, order)) for order in (known, known[::-1])
+    )
+    if exchanged < _NEAR and exchanged < as_given:
+        raise DrakeTrackerError(
+            f"{name}: the cameras are in another order than the centroids, which come from the sensors "
+            f"{' and '.join(each.get_name() for each in sensors if each is not None)}"
+        )
+
+
+def _sensor_of(builder: DiagramBuilder, port: OutputPort) -> RgbdSensor | None:
+    """Returns the only `RgbdSensor` from whose images the value of a port is computed, None if there is no such one."""
+    sources: dict[Any, set[Any]] = {}
+    for (system, _), (source, _) in builder.connection_map().items():
+        sources.setdefault(system, set()).add(source)
+    found, known = [port.get_system()], set()
+    for system in found:
+        if system not in known:
+            known.add(system)
+            if not isinstance(system, RgbdSensor):
+                found += sources.get(system, ())
+    sensors = [system for system in known if isinstance(system, RgbdSensor)]
+    return sensors[0] if len(sensors) == 1 else None
 
 
 class Localiser(Protocol):

@@ -1,6 +1,7 @@
 """A user's diagram: cameras on the user's own plant, then the package's vision and estimation."""
 
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,3 +116,48 @@ def test_one_camera_and_a_plane():
     simulator.AdvanceTo(0.01)
     point = TrackPoint(projector.point_port.Eval(context))
     assert point.valid and (point.x, point.y, point.z) == pytest.approx(p_WQ, abs=1e-6)
+
+
+def two_cameras(builder, *, sizes=((96, 72), (96, 72)), places=([-0.5, -0.9, 0.6], [0.5, -0.9, 0.6])):
+    """Two sensors; returns their cameras, and the output ports of their centroids."""
+    _, scene_graph = add_sliding_box(builder)
+    cameras, centroids = [], []
+    for size, place in zip(sizes, places):
+        info, X_WC = CameraInfo(*size, fov_y=0.5), look_at(place)
+        core = RenderCameraCore("vtk", info, ClippingRange(0.1, 10.0), RigidTransform())
+        sensor = builder.AddSystem(
+            RgbdSensor(scene_graph.world_frame_id(), X_WC, DepthRenderCamera(core, DepthRange(0.1, 9.0)))
+        )
+        centroids.append(add_motion_centroid(builder, image=sensor.color_image_output_port()).output_port)
+        cameras.append(CameraModel.from_camera_info(info, X_WC))
+    return cameras, centroids
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda cameras, centroids: (cameras[::-1], centroids), "the cameras are in another order than the centroids"),
+        (lambda cameras, centroids: (cameras, centroids[::-1]), "the cameras are in another order than the centroids"),
+        (lambda cameras, centroids: (cameras[:1], centroids[:1]), "1 cameras and 1 centroids; .* add_plane_projector"),
+        (lambda cameras, centroids: (cameras * 2, centroids), "4 cameras and 2 centroids; a triangulator has two"),
+        (lambda cameras, centroids: (cameras, centroids[:1]), "2 cameras and 1 centroids"),
+        (
+            lambda cameras, centroids: ([cameras[0], replace(cameras[1], width=640, height=480)], centroids),
+            r"cameras\[1\] has images of 640 x 480 px, and the sensor .* of its centroid 96 x 72 px",
+        ),
+        (lambda cameras, centroids: ([cameras[0], cameras[0]], ()), "the two cameras are 0 mm apart"),
+    ],
+)
+def test_mistakes_in_the_set_up_are_found_when_the_diagram_is_built(change, message):
+    builder = DiagramBuilder()
+    cameras, centroids = change(*two_cameras(builder))
+    with pytest.raises(DrakeTrackerError, match=message) as caught:
+        add_triangulator(builder, cameras=cameras, centroids=centroids)
+    assert "\n" not in str(caught.value)
+
+
+def test_calibrated_cameras_may_differ_from_the_sensors_a_little():
+    builder = DiagramBuilder()
+    cameras, centroids = two_cameras(builder)
+    moved = [camera.in_frame(RigidTransform([0.01, 0.0, 0.02]).GetAsMatrix4()) for camera in cameras]
+    add_triangulator(builder, cameras=moved, centroids=centroids)
