@@ -47,6 +47,7 @@ KINDS = {  # name of a function in fuzz_files or fuzz_packets: how often it is d
     "data_file": 8,
     "footage": 5,
     "arm_description": 3,
+    "http": 20,
     "read_messages": 20,
     "host_process": 5,
     "arm_receiver": 12,

@@ -1,6 +1,10 @@
 """Cases of `fuzz.py` that come over the network: messages to the host and to the arm, and packets of predicted path."""
 
+import socket
+import sys
+import threading
 from functools import cache
+from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +16,14 @@ from packets import BAD_PACKETS, circle_packet
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.core.messages import KNOT_COUNT, PREDICTION_HEADER, Frozen, Prediction, TrackPoint
+from drake_tracker.core.processes.loopback_server import LoopbackServer
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.link.lossy_link import LinkState, LossyLink
 from drake_tracker.network.channels import channel_of, encode_signal
 from drake_tracker.network.cycles import AGREEING, REORDERED, NotUnderstood, read_image, read_vector
+from drake_tracker.own_cameras.pick import PickServer
+from drake_tracker.report.server import make_server
 
 CORPUS = [path.read_bytes() for path in sorted(Path(__file__).parents[2].glob("tests/network/corpus/*.bin"))]
 
@@ -50,6 +57,38 @@ def packet(generator, now):
     for _ in range(generator.randrange(4)):
         found[generator.randrange(len(found))] = generator.choice(NUMBERS)
     return found
+
+
+@cache
+def servers():
+    """A server of each kind of request: pages, files and JSON; and the errors in their handlers."""
+    errors = []
+    LoopbackServer.handle_error = lambda *_: errors.append(sys.exception())
+    pick = PickServer([np.zeros((4, 6, 3), np.uint8)])
+    run = make_server("<p>", ".", ["log.npz"], 0)
+    for server in (pick, run):  # `files.prepare` has replaced their own method
+        threading.Thread(target=ThreadingHTTPServer.serve_forever, args=(server,), daemon=True).start()
+    return [pick, run], errors
+
+
+def http(generator, folder):
+    """Requests to the servers, each cut off somewhere or not; every one is answered, and the next one, too."""
+    found, errors = servers()
+    server = generator.choice(found)
+    host = server.url.removeprefix("http://").rstrip("/")
+    body = generator.choice([b'{"roi": [], "follow": ["1,2"]}', b'"\\ud800"', b"[NaN]", b"[" * 3000, b"", b"\xff"])
+    length = generator.choice([str(len(body)), "9" * 5000, "-1", "1e9", "", str(2 * len(body)), "0"])
+    text = (
+        f"{generator.choice(['GET', 'POST', 'HEAD', 'PUT', ''])} {generator.choice(['/', '/pick', '/log.npz', '*'])} "
+    )
+    text += f"HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: {length}\r\nRange: bytes=0-9\r\n\r\n"
+    data = mutate(generator, text.encode() + body, generator.randrange(4))
+    with socket.create_connection(host.split(":"), timeout=5.0) as connection:
+        connection.sendall(data)
+        connection.shutdown(socket.SHUT_WR)
+        while connection.recv(65536):  # until the server has closed the connection
+            pass
+    assert not errors, f"an error in a handler: {errors.pop()!r}"
 
 
 def read_messages(generator, folder):

@@ -2,10 +2,12 @@
 
 The server is bound to the loopback address, and answers only requests whose Host header names it. A page of another
 site whose name was made to resolve to this machine can therefore neither read nor control a run. Handlers look the path
-of a request up in a table and never use it for anything else.
+of a request up in a table and never use it for anything else. A connection that does not move is closed, a body needs a
+POST request and a length of its own, and JSON must be finite numbers and whole characters.
 """
 
 import json
+import re
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -17,6 +19,10 @@ from typing import Any, ClassVar
 from drake_tracker.core.errors import DrakeTrackerError
 
 HOST = "127.0.0.1"
+_TIMEOUT = 30.0
+"""Time after which a connection that does not move is closed [s]."""
+_LENGTH = re.compile(r"[0-9]{1,9}", re.ASCII)
+"""A length in a header; Python refuses to read numbers of thousands of digits."""
 _POLL_INTERVAL = 0.1
 """Longest time after which a server in a thread notices that it is to stop [s]."""
 
@@ -93,11 +99,23 @@ class LoopbackHandler(BaseHTTPRequestHandler):
     """
 
     server: LoopbackServer
+    timeout = _TIMEOUT
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "drake-tracker", ""
     policy = "default-src 'self'"
     package = ""
     files: ClassVar[Mapping[str, tuple[str, str]]] = {}
+
+    def parse_request(self) -> bool:
+        """Reads the head of a request. Refuses a request whose body could be taken for the next request."""
+        if not super().parse_request():
+            return False
+        lengths = self.headers.get_all("Content-Length", [])
+        bodiless = self.command != "POST" and lengths not in ([], ["0"])
+        if bodiless or len(lengths) > 1 or "Transfer-Encoding" in self.headers:
+            self.refuse(HTTPStatus.BAD_REQUEST, "only a POST request has a body, with one Content-Length")
+            return False
+        return True
 
     def is_addressed(self) -> bool:
         """Returns whether the Host header of the request names this server; refuses the request if not."""
@@ -119,7 +137,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.refuse(HTTPStatus.FORBIDDEN, refusal)
             return None
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > largest:
+        if not _LENGTH.fullmatch(length) or int(length) > largest:
             message = f"the request must have a length of at most {largest} bytes"
             self.refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, message)
             return None
@@ -141,7 +159,9 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.refuse(HTTPStatus.NOT_FOUND, "there is no such page")
             return
         try:
-            answer = act(json.loads(body))
+            value = json.loads(body, parse_constant=_refuse_constant)
+            json.dumps(value, ensure_ascii=False).encode()  # raises for half of a surrogate pair, which is no character
+            answer = act(value)
         except (ValueError, RecursionError, DrakeTrackerError) as error:
             self.refuse(HTTPStatus.BAD_REQUEST, str(error))
             return
@@ -167,7 +187,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
     def refuse(self, status: int, reason: str, more: Mapping[str, str] | None = None) -> None:
         """Sends an answer with a line that states why the request is refused."""
-        self.send(status, "text/plain; charset=utf-8", f"{reason}\n".encode(), more)
+        self.send(status, "text/plain; charset=utf-8", f"{reason}\n".encode(errors="replace"), more)
 
     def head(
         self,
@@ -205,3 +225,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *arguments: Any) -> None:
         """Prints nothing: requests are not logged."""
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number")
