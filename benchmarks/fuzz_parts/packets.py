@@ -3,6 +3,7 @@
 import socket
 import sys
 import threading
+from contextlib import suppress
 from functools import cache
 from http.server import ThreadingHTTPServer
 from pathlib import Path
@@ -83,7 +84,8 @@ def http(generator, folder):
     )
     text += f"HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: {length}\r\nRange: bytes=0-9\r\n\r\n"
     data = mutate(generator, text.encode() + body, generator.randrange(4))
-    with socket.create_connection(host.split(":"), timeout=5.0) as connection:
+    # The server may close the connection before all is sent.
+    with socket.create_connection(host.split(":"), timeout=5.0) as connection, suppress(OSError):
         connection.sendall(data)
         connection.shutdown(socket.SHUT_WR)
         while connection.recv(65536):  # until the server has closed the connection

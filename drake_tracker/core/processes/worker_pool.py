@@ -4,14 +4,22 @@ The pools of the standard library do not survive the death of a worker: a worker
 `ProcessPoolExecutor` lose all trials and a `multiprocessing.Pool` hang. Here only the worker's own trial is lost.
 """
 
+import ctypes
 import multiprocessing
 import os
 import signal
+import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from typing import Any, NamedTuple
 
+_PR_SET_PDEATHSIG = 1
+"""Request to Linux, which Python does not name: a signal at the end of the thread that started this process."""
+_WATCH_PERIOD = 0.5
+"""Time between two looks at the parent process [s]."""
 FRESH_AFTER = 20
 """Number of trials after which a worker is replaced by a new process, to release memory leaked by native code."""
 
@@ -38,7 +46,7 @@ def run_trials(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) ->
     """Yields (job, result of ``work(job)``) for every job, in the order in which the trials end.
 
     When a worker dies, whatever the cause, (job, `WorkerDied`) is yielded for its job and a new worker replaces it. The
-    processes are terminated when the caller stops early, also by Ctrl-C.
+    processes are terminated when the caller stops early, also by Ctrl-C, and end when the caller is killed.
 
     Args:
         work: a function defined at the top of a module, called in spawned processes.
@@ -85,7 +93,7 @@ def _give_next(
         return
     if worker is None:
         pipe, far_end = context.Pipe()
-        process = context.Process(target=_serve, args=(work, far_end), daemon=True)
+        process = context.Process(target=_serve, args=(work, far_end, os.getpid()), daemon=True)
         process.start()
         far_end.close()
         worker = _Worker(process, pipe)
@@ -97,7 +105,21 @@ def _give_next(
 _NO_JOB = object()
 
 
-def _serve(work: Callable[[Any], Any], pipe: Any) -> None:
+def _end_with(parent: int) -> None:
+    """Lets this process end at once when its parent process has ended, also in the middle of a trial."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+    def watch() -> None:  # on other systems, and for a parent that had ended before
+        while os.getppid() == parent:
+            time.sleep(_WATCH_PERIOD)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+def _serve(work: Callable[[Any], Any], pipe: Any, parent: int) -> None:
+    _end_with(parent)
     for request in (signal.SIGINT, signal.SIGHUP):  # the caller handles Ctrl-C and the end of the terminal
         signal.signal(request, signal.SIG_IGN)
     while True:

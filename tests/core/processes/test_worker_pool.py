@@ -2,6 +2,10 @@
 
 import os
 import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -69,3 +73,43 @@ def test_jobs_are_drawn_only_when_a_worker_is_free():
     trials.close()
     with pytest.raises(StopIteration):
         next(trials)
+
+
+CAMPAIGN = """
+import sys, time
+from drake_tracker.core.processes.worker_pool import run_trials
+sys.path.insert(0, sys.argv[1])
+from endless import work
+if __name__ == "__main__":
+    list(run_trials(work, range(2), 2))
+"""
+WORK = """
+import os, time
+def work(job):
+    open(f"worker{os.getpid()}", "w").close()
+    time.sleep(600)
+"""
+
+
+def test_workers_end_when_the_campaign_is_killed(tmp_path):
+    (tmp_path / "endless.py").write_text(WORK)
+    (tmp_path / "campaign.py").write_text(CAMPAIGN)
+    campaign = subprocess.Popen([sys.executable, "campaign.py", str(tmp_path)], cwd=tmp_path)
+    deadline = time.monotonic() + 60.0
+    while len(workers := [int(path.name[6:]) for path in tmp_path.glob("worker*")]) < 2:
+        assert time.monotonic() < deadline and campaign.poll() is None
+        time.sleep(0.05)
+    campaign.kill()
+    campaign.wait()
+    deadline = time.monotonic() + 2.0
+    while any(map(is_running, workers)):
+        assert time.monotonic() < deadline, "a worker survives its campaign"
+        time.sleep(0.05)
+
+
+def is_running(number):
+    """Whether there is a process with this number that has not ended."""
+    try:
+        return not Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return False
