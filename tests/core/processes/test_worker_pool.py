@@ -110,6 +110,6 @@ def test_workers_end_when_the_campaign_is_killed(tmp_path):
 def is_running(number):
     """Whether there is a process with this number that has not ended."""
     try:
-        return not Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
