@@ -10,6 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.description import ArmDescription
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
@@ -56,11 +57,15 @@ class WorldConfig:
         return 0 if self.pipeline is None else self.pipeline.latency
 
 
+LARGEST_OVERLAP = 1e-3
+"""Largest depth by which bodies overlap at the start [m]; contact in equilibrium needs less."""
+
+
 class BaseWorldDiagram(Diagram):
     """A laboratory: everything that is real, and the only place that holds the ground truth.
 
     A derived class adds its plant, cameras and judge to a builder, calls `place_robot` and `export_robot`, exports its
-    own ports, and calls ``builder.BuildInto(self)``.
+    own ports, and calls `finish`.
 
     Args:
         config: common settings of all laboratories.
@@ -117,6 +122,23 @@ class BaseWorldDiagram(Diagram):
         if config.arm.has_fingers:
             jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
             builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
+
+    def finish(self, builder: DiagramBuilder) -> None:
+        """Builds the diagram.
+
+        Raises DrakeTrackerError when bodies of the laboratory overlap at the start: contact would jam them.
+        """
+        builder.BuildInto(self)
+        plant = self.laboratory.plant
+        context = plant.GetMyContextFromRoot(self.CreateDefaultContext())
+        query = plant.get_geometry_query_input_port().Eval(context)
+        overlaps = sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth)
+        if overlaps and overlaps[0].depth > LARGEST_OVERLAP:
+            frames = [query.inspector().GetFrameId(side) for side in (overlaps[0].id_A, overlaps[0].id_B)]
+            one, other = (plant.GetBodyFromFrameId(frame).name() for frame in frames)
+            raise DrakeTrackerError(
+                f"the layout is impossible: {one} and {other} overlap by {1e3 * overlaps[0].depth:.0f} mm at the start"
+            )
 
     def start(self) -> None:
         """Starts the processes that make images, if there are any. Otherwise they start with the first image."""
