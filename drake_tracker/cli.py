@@ -91,6 +91,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    for argument in sys.argv[1:] if arguments is None else arguments:
+        if any("\ud800" <= character <= "\udfff" for character in argument):  # how Python keeps other bytes
+            warn(f"{argument}: this name is not UTF-8, and could not be written into results; rename the file")
+            return TROUBLE
     options = make_parser().parse_args(arguments)
     show_progress(not options.quiet)
     quiet_graphics()

@@ -516,3 +516,13 @@ def test_drakes_messages_do_not_interrupt_the_output(tmp_path):
     )
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True)
     assert child.stdout + child.stderr == ""
+
+
+@pytest.mark.parametrize(
+    "arguments", [["track", "caf\udce9.mp4"], ["view", "\udcff"], ["run", "train", "--out", "o\udce9"]]
+)
+def test_a_name_that_is_not_utf_8_is_refused_at_the_start(capfd, arguments):
+    assert cli.main(arguments) == 2
+    assert capfd.readouterr().err.endswith(
+        ": this name is not UTF-8, and could not be written into results; rename the file\n"
+    )

@@ -1,8 +1,13 @@
 """MCAP files with the message schemas of Foxglove, for Foxglove and Rerun. Needs the package of the extra ``mcap``."""
 
+import errno
+import logging
+import os
 import re
+import shutil
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +26,8 @@ _NANOSECONDS = 10**9
 _JPEG_QUALITY = 85
 _FLUSH_AFTER = 1.0
 """Time of the run [s] after which written data goes to the disk and survives a killed process."""
+_FULL = 1 << 20
+"""Free space [bytes] below which a disk counts as full."""
 _VARINT, _DOUBLE, _BYTES = 0, 1, 2
 """Wire types."""
 
@@ -62,6 +69,9 @@ class McapFile:
         self._context = foxglove.Context()
         self._open: dict[str, Any] = {}
         self._flushed = 0.0
+        self._path = path
+        self._failure: DrakeTrackerError | None = None
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL + 1)
         try:
             self._writer = foxglove.open_mcap(path, allow_overwrite=True, context=self._context)
         except OSError as error:
@@ -244,11 +254,26 @@ class McapFile:
             self._open[topic] = self._make_channel(
                 topic, schema=schema, message_encoding="protobuf", context=self._context
             )
-        self._open[topic].log(encode_numbers(values.values()), log_time=_nanoseconds(time))
+        self._write(self._open[topic].log, encode_numbers(values.values()), log_time=_nanoseconds(time))
 
     def close(self) -> None:
-        """Completes the file. May be called again."""
-        self._writer.close()
+        """Completes the file. May be called again. Raises DrakeTrackerError when it cannot be written."""
+        if self._failure is None:
+            self._write(self._writer.close)
+
+    def _write(self, act: Callable[..., object], *arguments: Any, **options: Any) -> None:
+        """Calls the library. Raises DrakeTrackerError when the file cannot be written, and from then on."""
+        if self._failure is not None:
+            raise self._failure
+        try:
+            act(*arguments, **options)
+        except (RuntimeError, OSError) as error:  # its message does not say why
+            full = shutil.disk_usage(self._path.parent).free < _FULL
+            reason = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) if full else OSError(str(error))
+            self._failure = unwritable(self._path, reason)
+            with suppress(RuntimeError, OSError):
+                self._writer.close()  # the library would report it once more at the end of the process
+            raise self._failure from None
 
     def _pose(self, p_WO: ArrayLike, quaternion: ArrayLike) -> Any:
         m = self._messages
@@ -264,10 +289,10 @@ class McapFile:
             self._open[topic] = getattr(self._channels, f"{schema}Channel")(topic, context=self._context)
         if timestamp:
             fields["timestamp"] = self._stamp(time)
-        self._open[topic].log(getattr(self._messages, schema)(**fields), log_time=_nanoseconds(time))
+        self._write(self._open[topic].log, getattr(self._messages, schema)(**fields), log_time=_nanoseconds(time))
         if time >= self._flushed + _FLUSH_AFTER:
             self._flushed = time
-            self._writer.flush()
+            self._write(self._writer.flush)
 
 
 def _nanoseconds(time: float) -> int:

@@ -1,4 +1,9 @@
-"""Schema and bytes of numbers, read by the library of Protocol Buffers."""
+"""Schema and bytes of numbers, read by the library of Protocol Buffers; a full disk."""
+
+import os
+import subprocess
+import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -23,3 +28,42 @@ def test_the_library_reads_what_was_written(count):
 
 def test_zeros_and_numbers_that_are_not_finite_are_written():
     assert len(encode_numbers([0.0, np.nan, np.inf])) == 27
+
+
+FULL_DISK = """
+from pathlib import Path
+import numpy as np
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.mcap_file import McapFile
+file = McapFile(Path("a.mcap"))
+said = []
+for number in range(3000):
+    try:
+        file.points("/p", 0.01 * number, np.random.default_rng(number).random((1000, 3)))
+    except DrakeTrackerError as error:
+        said.append(str(error))
+try:
+    file.close()
+except DrakeTrackerError as error:
+    said.append(str(error))
+print(set(said))
+"""
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    """On a file system of 1 MB: a limit on the size of files would end the process in another way."""
+    program = 'mount -t tmpfs -o size=1m none "$PWD" && cd "$PWD" && exec "$PYTHON" -c "$FULL_DISK"'
+    environment = {**os.environ, "PYTHON": sys.executable, "FULL_DISK": FULL_DISK}
+    command = ["unshare", "--map-root-user", "--mount", "bash", "-c", program]
+    try:
+        child = subprocess.run(
+            command, capture_output=True, text=True, timeout=120, env=environment, cwd=tmp_path, check=False
+        )
+        failed = "" if child.returncode == 0 else child.stderr
+    except OSError as error:
+        failed = str(error)
+    if "unshare" in failed or "mount" in failed or "Permission" in failed:
+        warnings.warn("a small file system cannot be made here: a full disk was not tested", stacklevel=1)
+        return
+    assert child.stdout == "{'a.mcap: cannot be written: No space left on device'}\n", child.stdout + child.stderr
+    assert child.stderr == ""
