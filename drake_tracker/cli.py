@@ -13,6 +13,7 @@ Exit codes:
 import argparse
 import errno
 import io
+import locale
 import os
 import shutil
 import sys
@@ -113,7 +114,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         if signals.received() is not None:
             return _interrupted()
         remedy = "`make setup` installs what is missing, `drake-tracker doctor` says more"
-        print(f"drake-tracker: a package cannot be imported ({error}); {remedy}", file=sys.stderr)
+        if locale.getpreferredencoding(False).lower().replace("-", "") != "utf8":
+            remedy = "Drake needs UTF-8 names: set PYTHONUTF8=1, or a locale such as C.UTF-8"
+        print(f"drake-tracker: a package cannot be imported ({str(error).splitlines()[0]}); {remedy}", file=sys.stderr)
         return TROUBLE
     except (Exception, SystemExit) as error:  # a custom part that calls sys.exit(0) must not look like a success
         if signals.was_interrupted(error):

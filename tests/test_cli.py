@@ -2,6 +2,7 @@
 
 import errno
 import io
+import os
 import re
 import shlex
 import signal
@@ -525,4 +526,16 @@ def test_a_name_that_is_not_utf_8_is_refused_at_the_start(capfd, arguments):
     assert cli.main(arguments) == 2
     assert capfd.readouterr().err.endswith(
         ": this name is not UTF-8, and could not be written into results; rename the file\n"
+    )
+
+
+def test_an_ascii_locale_is_named(tmp_path):
+    """Drake's package cannot be imported then; commands without Drake can be used."""
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONPATH": str(Path(__file__).parents[1])}
+    command = [sys.executable, "-m", "drake_tracker"]
+    listed = subprocess.run([*command, "list"], capture_output=True, env=environment, cwd=tmp_path, check=True)
+    assert b"train" in listed.stdout
+    run = subprocess.run([*command, "run", "train"], capture_output=True, env=environment, cwd=tmp_path, check=False)
+    assert run.returncode == 2 and run.stderr.splitlines()[-1].endswith(
+        b"(initialization failed); Drake needs UTF-8 names: set PYTHONUTF8=1, or a locale such as C.UTF-8"
     )

@@ -1,7 +1,7 @@
 """The board in photographs of one camera or two."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -11,6 +11,7 @@ import numpy as np
 from drake_tracker.cameras.boards.board import Board, enough_points
 from drake_tracker.cameras.boards.board_kinds import kind_of
 from drake_tracker.cameras.boards.chessboard import Chessboard
+from drake_tracker.cameras.boards.marker_boards import FAMILIES, AprilTagGrid, CharucoBoard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
 from drake_tracker.footage.decoding import common_orientation
@@ -27,7 +28,7 @@ COUNTS = {
 }
 """The things that ``--board`` counts, for each kind."""
 _OTHERS = 3
-"""Number of photographs in which a chessboard of another size is searched when none was found."""
+"""Number of photographs in which other boards are searched when none was found."""
 
 ImageShape = tuple[int, int]
 """Height and width of an image [px]."""
@@ -134,16 +135,35 @@ def _refuse(rows: Sequence[tuple[Path, ...]], board: Board, found: int, copies: 
     reason = f"--board counts {COUNTS[kind_of(board)]}"
     if copies:
         reason = f"{copies} of them are copies of others"
-    elif isinstance(board, Chessboard) and not found:
-        for columns, rows_ in ((board.columns - 1, board.rows - 1), (board.columns + 1, board.rows + 1)):
-            if min(columns, rows_) >= 3 and any(
-                Chessboard(columns, rows_).find(read_image(row[0], cv2.IMREAD_GRAYSCALE)) is not None
-                for row in rows[:_OTHERS]
-            ):
-                reason = f"a board with {columns} x {rows_} inner corners is there"
+    elif not found:
+        images = [read_image(row[0], cv2.IMREAD_GRAYSCALE) for row in rows[:_OTHERS]]
+        for other, words, negative in _other_boards(board):
+            if any(other.find(255 - image if negative else image) is not None for image in images):
+                reason = f"{words} is there"
+                break
     raise DrakeTrackerError(
         f"the {board.name} was found in {found} of {len(rows)} {what}; at least {LEAST_VIEWS} are needed; {reason}"
     )
+
+
+def _other_boards(board: Board) -> Iterator[tuple[Board, str, bool]]:
+    """Yields (board, its description, whether black and white are exchanged) of boards that are easily mistaken."""
+    yield board, "this board with black and white exchanged", True
+    if isinstance(board, Chessboard):
+        for change in (-1, 1):
+            columns, rows = board.columns + change, board.rows + change
+            if min(columns, rows) >= 3:
+                yield Chessboard(columns, rows), f"a board with {columns} x {rows} inner corners", False
+    if isinstance(board, CharucoBoard | AprilTagGrid) and board.columns != board.rows:
+        turned = replace(board, columns=board.rows, rows=board.columns)
+        yield turned, f"a board with --board {turned.columns}x{turned.rows}", False
+    if isinstance(board, CharucoBoard):
+        for family in FAMILIES:
+            if family != board.family:
+                yield replace(board, family=family), f"a board with --family {family}", False
+        former = replace(board)
+        former._opencv.setLegacyPattern(True)
+        yield former, "a board in the layout of OpenCV before 4.6, which is not supported,", False
 
 
 def covered_cells(views: Sequence[np.ndarray], shape: tuple[int, int]) -> np.ndarray:

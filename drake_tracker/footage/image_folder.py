@@ -152,6 +152,8 @@ def list_images(spec: str | Path) -> list[Path]:
         nothing = f"{spec}: there are no images ({', '.join(SUFFIXES)}) in this folder"
     else:
         files = [Path(file) for file in glob.glob(str(spec)) if _is_image(Path(file))]
+        if len(files) == 1 and files[0] == path and path.suffix.lower() not in SUFFIXES:
+            raise DrakeTrackerError(f"{spec}: is no photograph; name a folder of them, or a pattern such as 'a*.png'")
         nothing = f"{spec}: there is no such folder of images, and no file matches it as a pattern"
     if not files:
         raise DrakeTrackerError(nothing)

@@ -18,6 +18,9 @@ from drake_tracker.footage.recording import is_recording, open_recording
 from drake_tracker.footage.rosbag import open_bag
 from drake_tracker.footage.video import open_video
 
+_CAMERA = re.compile("0|[1-9][0-9]{0,3}")
+"""Number of a camera, without leading zeros."""
+
 
 def is_same_source(one: str, other: str) -> bool:
     """Returns whether two sources are the same, or two files with the same content."""
@@ -33,7 +36,7 @@ def is_same_source(one: str, other: str) -> bool:
 
 def is_live(spec: str) -> bool:
     """Returns whether a source is a camera, or a recording that is played as if it were one."""
-    return re.fullmatch("[0-9]{1,4}", spec) is not None or spec.startswith(PREFIX)
+    return _CAMERA.fullmatch(spec) is not None or spec.startswith(PREFIX)
 
 
 def open_footage(spec: str, fps: float | None = None, start: Start | None = None) -> Footage:
@@ -50,8 +53,12 @@ def open_footage(spec: str, fps: float | None = None, start: Start | None = None
     """
     if not spec.strip():
         raise DrakeTrackerError("the name of a source is empty")
-    if re.fullmatch("[0-9]{1,4}", spec):
-        return open_camera(spec, fps)
+    if _CAMERA.fullmatch(spec):
+        try:
+            return open_camera(spec, fps)
+        except DrakeTrackerError as error:
+            hint = f"; write ./{spec} for what is named so in this folder" if Path(spec).exists() else ""
+            raise DrakeTrackerError(f"{error}{hint}") from None
     if spec.startswith(PREFIX):
         recording = spec.removeprefix(PREFIX)
         if not recording:

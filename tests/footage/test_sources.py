@@ -6,6 +6,7 @@ import pytest
 from films import film, write_images, write_video
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.image_folder import list_images
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.sources import open_footage
 
@@ -168,3 +169,28 @@ def test_a_camera_stamps_by_the_clock():
     assert seen == [(t, (200, 0, 0)) for t in (0.0, 0.05, 0.1, 0.15, 0.2)]
     with pytest.raises(DrakeTrackerError, match="camera 1: there is no such camera"):
         open_camera(1, device=Device)
+
+
+def test_a_number_is_a_camera_unless_it_has_leading_zeros(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("00", "7"):
+        (tmp_path / name).mkdir()
+        for k in range(9):
+            cv2.imwrite(str(tmp_path / name / f"{k}.png"), np.zeros((4, 6), np.uint8))
+    assert open_footage("00", 30.0).size == (6, 4) and open_footage("./7", 30.0).size == (6, 4)
+    with pytest.raises(DrakeTrackerError, match=r"camera 7: .*; write \./7 for what is named so in this folder"):
+        open_footage("7")
+
+
+@pytest.mark.parametrize("name", ["[a]", "b*", "c?"])
+def test_signs_of_patterns_in_names(tmp_path, name):
+    (tmp_path / name).mkdir()
+    for k in range(9):
+        cv2.imwrite(str(tmp_path / name / f"{k}.png"), np.zeros((4, 6), np.uint8))
+    assert len(open_footage(str(tmp_path / name), 30.0).times) == 9
+
+
+def test_a_video_is_no_photograph(tmp_path):
+    (tmp_path / "a.mp4").write_bytes(b"a")
+    with pytest.raises(DrakeTrackerError, match="a.mp4: is no photograph; name a folder of them"):
+        list_images(tmp_path / "a.mp4")

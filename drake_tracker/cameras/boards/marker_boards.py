@@ -23,6 +23,8 @@ _TAG_CELLS = 8
 """Cells along the side of an AprilTag 36h11, its border included."""
 _WINDOW = 0.75
 """Half the width of the window in which a corner is refined, in cells of a tag."""
+_FARTHEST = 0.5
+"""Largest median distance of corners from their places on a plane, in sides of a tag; a lens bends by less."""
 _FRONTAL_SQUARE = (40, 96)
 """Least and greatest side of a square in the frontal picture, in which the corners are refined [px]."""
 _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-3)
@@ -196,7 +198,17 @@ class AprilTagGrid:
                 refined = cv2.cornerSubPix(image, outline.reshape(-1, 1, 2), (window, window), (-1, -1), _REFINE_STOP)
                 found[tag] = refined.reshape(4, 2)
         pixels = found.reshape(-1, 2)
-        return pixels if enough_points(pixels) else None
+        return pixels if enough_points(pixels) and self._fits(pixels) else None
+
+    def _fits(self, pixels: np.ndarray) -> bool:
+        """Returns whether pixels (n, 2) lie like the tags of this grid; those of a grid with other columns do not."""
+        seen = np.isfinite(pixels).all(axis=1)
+        H, _ = cv2.findHomography(pixels[seen], self.points()[seen, :2])
+        if H is None:
+            return False
+        placed = cv2.perspectiveTransform(pixels[seen].reshape(-1, 1, 2), H).reshape(-1, 2)
+        errors = np.linalg.norm(placed - self.points()[seen, :2], axis=1)
+        return float(np.median(errors)) < _FARTHEST * self.side
 
     def shapes(self) -> BoardShapes:
         """Returns the black areas of the board."""
