@@ -1,5 +1,6 @@
 """The authors' earlier estimator: alpha-beta-gamma filters of x, y and z (Allen et al. 1991, section 4)."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ from drake_tracker.estimation.config import AlphaBetaGamma
 from drake_tracker.estimation.parameters import check_positive, check_settings
 from drake_tracker.estimation.parts.alpha_beta_gamma_filter import AlphaBetaGammaFilter, AlphaBetaGammaState
 from drake_tracker.estimation.parts.error_growth import HORIZON, ErrorGrowth
+
+_INTERVALS = 7
+"""Number of intervals between points whose median is the interval for which the filters are tuned."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class CartesianState(FrozenState):
         heading: direction of travel, held at low speed [rad].
         ready: whether there is enough data for a prediction.
         growth: errors of recent predictions.
+        intervals: times between the newest points [s], at most `_INTERVALS`.
     """
 
     stamp: float
@@ -34,6 +39,7 @@ class CartesianState(FrozenState):
     heading: float = 0.0
     ready: bool = False
     growth: ErrorGrowth = ErrorGrowth()
+    intervals: tuple[float, ...] = ()
 
 
 class AlphaBetaGammaEstimator:
@@ -44,7 +50,8 @@ class AlphaBetaGammaEstimator:
     Args:
         settings: see `AlphaBetaGamma`. The tracking indices apply to points at 60 Hz.
         period: sampling interval T [s]. The tracking index scales with T^(5/2): with T^2 by Kalata's definition, and
-            with the square root of T since the acceleration is a random walk.
+            with the square root of T since the acceleration is a random walk. If most of the newest points arrive at
+            another interval, the index is scaled to that interval, in steps of half an octave.
 
     Raises:
         DrakeTrackerError: a parameter is out of range.
@@ -54,10 +61,27 @@ class AlphaBetaGammaEstimator:
         check_settings(settings, AlphaBetaGamma, zero_allowed=("ready_after",))
         check_positive("alpha_beta_gamma", period=period)
         self.settings = settings
-        scale = (period / VISION_PERIOD) ** 2.5
+        self._period = period
+        self._tuned = {0: self._filters(period)}
+        self._horizontal, self._vertical = self._tuned[0]
+
+    def _filters(self, period: float) -> tuple[AlphaBetaGammaFilter, AlphaBetaGammaFilter]:
+        """Returns the horizontal and the vertical filter for points at an interval [s]."""
+        scale, settings = (period / VISION_PERIOD) ** 2.5, self.settings
         steps = {"restart_after": settings.restart_after, "min_dt": 0.5 * period}
-        self._horizontal = AlphaBetaGammaFilter(2, scale * settings.tracking_index, **steps)
-        self._vertical = AlphaBetaGammaFilter(1, scale * settings.vertical_tracking_index, **steps)
+        return (
+            AlphaBetaGammaFilter(2, scale * settings.tracking_index, **steps),
+            AlphaBetaGammaFilter(1, scale * settings.vertical_tracking_index, **steps),
+        )
+
+    def _suited(self, intervals: tuple[float, ...]) -> tuple[AlphaBetaGammaFilter, AlphaBetaGammaFilter]:
+        """Returns the filters for the intervals at which points arrive, shape (n,) [s]."""
+        if len(intervals) < _INTERVALS:
+            return self._tuned[0]
+        steps = round(2.0 * math.log2(sorted(intervals)[_INTERVALS // 2] / self._period))
+        if steps not in self._tuned:
+            self._tuned[steps] = self._filters(self._period * 2.0 ** (0.5 * steps))
+        return self._tuned[steps]
 
     def initial_state(self) -> CartesianState:
         """Returns the state before the first point."""
@@ -79,15 +103,19 @@ class AlphaBetaGammaEstimator:
         restart = stamp - state.stamp > settings.restart_after
         started = stamp if restart else state.started
         growth = state.growth.forget() if restart else state.growth
-        horizontal = self._horizontal.update(state.horizontal, stamp, p_WQ[:2])
-        vertical = self._vertical.update(state.vertical, stamp, p_WQ[2:])
+        intervals = () if restart else (*state.intervals, stamp - state.stamp)[-_INTERVALS:]
+        across, upright = self._suited(intervals)
+        horizontal = across.update(state.horizontal, stamp, p_WQ[:2])
+        vertical = upright.update(state.vertical, stamp, p_WQ[2:])
         vx, vy = horizontal.v
         heading = np.arctan2(vy, vx) if np.hypot(vx, vy) >= settings.min_speed else state.heading
         ready = stamp - started >= settings.ready_after - 1e-9
         if ready:
             later, _, _ = self._horizontal.predict(horizontal, stamp + HORIZON)
             growth = growth.update(stamp, horizontal.x, later)
-        return CartesianState(float(stamp), horizontal, vertical, float(started), float(heading), bool(ready), growth)
+        return CartesianState(
+            float(stamp), horizontal, vertical, float(started), float(heading), bool(ready), growth, intervals
+        )
 
     def predict(self, state: CartesianState, times: ArrayLike) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
