@@ -2,7 +2,6 @@
 
 import struct
 from collections.abc import Iterator, Mapping
-from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -15,6 +14,8 @@ from drake_tracker.footage.footage import Footage
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 _CDR_HEADER = 4
+_LEAST_DIFFERENT = 0.5
+"""Share of different stamps in the headers of images above which the headers give the times."""
 _MOST_LISTED = 20
 """Largest number of topics in a message."""
 _LONGEST_NAME = 4096
@@ -83,20 +84,24 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
         topics = storage.topics()
     chosen = _choose(path, topics, topic)
     kind = topics[chosen]
-    stamps: list[int] = []
+    headers: list[int] = []
+    received: list[int] = []
     bits: int | None = None
     damage: str | None = None
     try:
         for number, (recorded, message) in enumerate(storage.messages(chosen)):
             if number & (number - 1) == 0:  # a few images; a dark one does not show all of its bits
                 bits = max(bits or 0, bits_of_message(message, kind) or 0) or None
-            stamps.append(read_stamp(message) or recorded)
+            headers.append(read_stamp(message))
+            received.append(recorded)
     except Exception as error:  # a damaged file can raise anything
         damage = reason(error)
-        if not stamps:
+        if not received:
             raise DrakeTrackerError(f"{path}: this bag cannot be read: {damage}") from None
-    if not stamps:
+    if not received:
         raise DrakeTrackerError(f"{path}: there is no message of {chosen} in this bag")
+    has_stamps = len(set(headers)) > _LEAST_DIFFERENT * len(headers)
+    stamps = [stamp or recorded for stamp, recorded in zip(headers, received)] if has_stamps else received
     first = min(stamps)
     times = np.array(sorted({(stamp - first) * 1e-9 for stamp in stamps}))
     name = f"{path}:{chosen}"
@@ -105,8 +110,8 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
         last = -1.0
         size: tuple[int, ...] = ()
         with decoding(name, "this bag cannot be read any more"):
-            for recorded, message in islice(storage.messages(chosen), len(stamps)):
-                time = ((read_stamp(message) or recorded) - first) * 1e-9
+            for stamp, (_, message) in zip(stamps, storage.messages(chosen)):
+                time = (stamp - first) * 1e-9
                 if time > last:
                     last = time
                     image = read_ros_image(message, kind, name, bits)
@@ -115,11 +120,16 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
                         raise DrakeTrackerError(f"{name}: the size of the images changes after {time:.2f} s")
                     yield time, image
 
-    def warning() -> str | None:
-        return damage and f"{name}: the bag is damaged or incomplete; {len(times)} images can be read: {damage}"
+    lines = []
+    if damage:
+        lines.append(f"{name}: the bag is damaged or incomplete; {len(times)} images can be read: {damage}")
+    if not has_stamps and any(headers):
+        lines.append(f"{name}: the stamps of the headers do not change; the times of recording are used")
 
     _, image = next(frames())
-    return Footage(name, (image.shape[1], image.shape[0]), frames, times, first * 1e-9, warning=warning)
+    return Footage(
+        name, (image.shape[1], image.shape[0]), frames, times, first * 1e-9, warning=lambda: "; ".join(lines) or None
+    )
 
 
 def _choose(path: str | Path, topics: Mapping[str, str], topic: str | None) -> str:

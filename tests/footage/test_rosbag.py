@@ -152,6 +152,23 @@ def test_a_whole_bag_has_no_warning(bag):
     assert open_footage(f"{bag}:/right").warning() is None
 
 
+@pytest.mark.parametrize(("stamp", "warned"), [(0, False), (1_700_000_000_000_000_000, True)])
+def test_headers_whose_stamps_do_not_change_give_no_times(tmp_path, stamp, warned):
+    with open(tmp_path / "a.mcap", "wb") as stream:
+        writer = Writer(stream)
+        kind = writer.register_msgdef("sensor_msgs/msg/CompressedImage", COMPRESSED)
+        data = cv2.imencode(".png", np.zeros((4, 6, 3), np.uint8))[1].tobytes()
+        for k in range(10):
+            message = {"header": header(stamp), "format": "png", "data": data}
+            writer.write_message("/a", kind, message, log_time=10**9 + 50_000_000 * k)
+        writer.finish()
+    footage = open_footage(str(tmp_path / "a.mcap"))
+    np.testing.assert_allclose(footage.times, 0.05 * np.arange(10), atol=1e-9)
+    assert len(list(footage.frames())) == 10
+    line = f"{tmp_path / 'a.mcap'}:/a: the stamps of the headers do not change; the times of recording are used"
+    assert footage.warning() == (line if warned else None)
+
+
 @pytest.mark.parametrize("suffix", [".mcap", ".db3"])
 def test_a_pipe_is_no_bag(tmp_path, suffix):
     os.mkfifo(tmp_path / f"a{suffix}")
