@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from drake_tracker.core.errors import PartError, raised
 from drake_tracker.core.registry import Registry
 from drake_tracker.dispatch.config import FirstInFirstOut, Greedy, LookAhead, NearestDeadline
 
@@ -75,3 +76,23 @@ def make_dispatcher(settings: Any, model: "CycleModel", eligibility: "Eligibilit
     Raises DrakeTrackerError when the settings belong to no kind.
     """
     return DISPATCHERS.make(settings, model=model, eligibility=eligibility)
+
+
+def choose_plan(
+    dispatcher: "Dispatcher", hand: "FreeHand", candidates: "Sequence[Candidate]", cells: "Sequence[Cell]", now: float
+) -> Plan:
+    """Returns the plan of a dispatcher, see `Dispatcher.choose`.
+
+    Raises PartError when the dispatcher raises an error, or plans a part that is not among the candidates.
+    """
+    name = f"{type(dispatcher).__name__}.choose"
+    try:
+        plan = dispatcher.choose(hand, candidates, cells, now)
+    except (Exception, SystemExit) as error:
+        raise PartError(f"{name} {raised(error)}") from error
+    if not isinstance(plan, Plan):
+        raise PartError(f"{name} returned a {type(plan).__name__}; it must return a Plan")
+    strangers = set(plan.numbers) - {candidate.number for candidate in candidates}
+    if strangers or len(plan.pick_times) != len(plan.numbers):
+        raise PartError(f"{name} planned {plan.numbers}; these must be candidates, each with a pick time")
+    return plan

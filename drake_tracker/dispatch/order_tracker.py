@@ -7,7 +7,7 @@ from typing import Any
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.dispatch.candidate import Candidate, Cell, FreeHand
 from drake_tracker.dispatch.cycle_time import CycleModel, motion_time
-from drake_tracker.dispatch.dispatcher import Dispatcher, Plan
+from drake_tracker.dispatch.dispatcher import Dispatcher, Plan, choose_plan
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,8 @@ class OrderClerk:
         else:
             worth_trying = False
         cells = [k for k in self.filling if k not in self._taken(book)]
-        plan = self.dispatcher.choose(hand, offered, [self.cells[k] for k in cells], now) if cells else Plan()
+        free = [self.cells[k] for k in cells]
+        plan = choose_plan(self.dispatcher, hand, offered, free, now) if cells else Plan()
         if plan.number is None:
             return book if worth_trying else replace(book, order=None, plan=plan)
         if book.order is not None and plan.number == book.order.number:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, Protocol, runtime_checkable
 
+from drake_tracker.core.errors import PartError, raised
 from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.target_config import TARGETS
 from drake_tracker.vision.silhouettes.track_3d import Track3D
@@ -80,6 +81,8 @@ def choose_target(rule: TargetRule, tracks: Sequence[Track3D], current: int, sel
         tracks: the confirmed tracks, oldest first.
         current: number of the present target, 0 without one.
         selected: number of the track that the operator selected; without effect unless such a track lives.
+
+    Raises PartError when the rule raises an error or chooses something else than one of its tracks.
     """
     numbers = [track.number for track in tracks]
     if selected in numbers:
@@ -87,7 +90,15 @@ def choose_target(rule: TargetRule, tracks: Sequence[Track3D], current: int, sel
     if current in numbers:
         return current
     seen = [track for track in tracks if track.measurement is not None]
-    chosen = rule.choose(seen) if seen else None
+    if not seen:
+        return 0
+    name = f"{type(rule).__name__}.choose"
+    try:
+        chosen = rule.choose(tuple(seen))
+    except (Exception, SystemExit) as error:
+        raise PartError(f"{name} {raised(error)}") from error
+    if chosen is not None and not any(chosen is track for track in seen):
+        raise PartError(f"{name} returned a {type(chosen).__name__} that is none of the tracks")
     return 0 if chosen is None else chosen.number
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.colour import hue, hue_distance
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, PartError
 from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.target import (
@@ -164,3 +164,28 @@ def test_why_there_is_no_target():
     assert reason_of(None, True, True) == Reason.NO_MATCH
     assert reason_of(track(1), True, True) == Reason.NONE
     assert set(REASONS) == set(Reason) and len(set(REASONS.values())) == len(Reason)
+
+
+class Own:
+    """A rule that returns what it was made with."""
+
+    reason = Reason.NO_MATCH
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def choose(self, tracks):
+        return self.answer(tracks)
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (lambda tracks: tracks[0].number, "Own.choose returned a int that is none of the tracks"),
+        (lambda tracks: track(9), "Own.choose returned a Track3D that is none of the tracks"),
+        (lambda tracks: tracks[5], r"Own.choose raised IndexError: .* \(test_target.py line \d+\)"),
+    ],
+)
+def test_a_rule_that_chooses_something_else_is_named(answer, message):
+    with pytest.raises(PartError, match=f"^{message}"):
+        choose(Own(answer), [track(1), track(2)])
