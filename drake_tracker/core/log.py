@@ -30,6 +30,8 @@ from drake_tracker.core.files.regular_file import open_regular
 
 LOG_FILE, STREAM_FILE = "log.npz", "log.part"
 """Names of the files in a run directory."""
+LARGEST_LOG = 1 << 31
+"""Largest log in memory [bytes], some 100 minutes of a run."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +79,13 @@ def find_log(folder: Path | str) -> Path | None:
     return next((place for place in places if place.exists()), None)
 
 
-def load_log(path: Path | str, most: int | None = None) -> dict[str, Signal]:
+def load_log(path: Path | str, most: int = LARGEST_LOG) -> dict[str, Signal]:
     """Returns {name: Signal} of a log.
 
     Args:
         path: run directory, or a file that `save_log` or a `LogStream` wrote. Where there is no `LOG_FILE`, the stream
             is read.
-        most: largest size of the log in memory [bytes]; None: any.
+        most: largest size of the log in memory [bytes].
 
     Raises DrakeTrackerError, in one line, when it cannot be read, is damaged, or is larger.
     """

@@ -24,8 +24,6 @@ SIGNS = ("summary.json", LOG_FILE, STREAM_FILE, "scenario.yaml")
 """A directory with none of these files is not a run directory."""
 LONGEST_RUN = 1e6
 """Largest time in a log [s]; a scenario lasts at most a tenth of it."""
-_LARGEST_LOG = 1 << 31
-"""Largest log in memory [bytes]."""
 _LONGEST_REASON = 300
 _Content = TypeVar("_Content")
 LARGEST = 1e12
@@ -105,7 +103,7 @@ def _read(folder: Path, name: str, reader: Callable[[Path], _Content], notes: li
 
 
 def _load_log(path: Path) -> dict[str, Signal]:
-    log = load_log(path, _LARGEST_LOG)
+    log = load_log(path)
     for name, signal in log.items():
         if len(signal.times) and not -LONGEST_RUN < signal.times[0] <= signal.times[-1] < LONGEST_RUN:
             raise DrakeTrackerError(f"the times of {name} are not those of a run")

@@ -1,5 +1,6 @@
 """Tests of the log."""
 
+import inspect
 import io
 import os
 import zipfile
@@ -13,7 +14,7 @@ from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import LOG_FILE, MAGIC, STREAM_FILE, LogStream, Signal, load_log, save_log
+from drake_tracker.core.log import LARGEST_LOG, LOG_FILE, MAGIC, STREAM_FILE, LogStream, Signal, load_log, save_log
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
 from drake_tracker.tasks.train.task import TASK
@@ -230,3 +231,7 @@ def test_a_record_that_cannot_be_written_is_removed_again(stream, tmp_path, monk
     assert path.stat().st_size == size
     second.append(news(2))  # ignored: the stream ended
     assert path.stat().st_size == size
+
+
+def test_each_reader_of_logs_has_the_same_limit():
+    assert inspect.signature(load_log).parameters["most"].default == LARGEST_LOG < 1 << 32
