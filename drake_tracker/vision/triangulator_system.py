@@ -21,6 +21,8 @@ MAX_GAP = 0.03
 """Two rays that pass each other at a larger distance [m] are not of one point."""
 LEAST_DISTANCE = 1e-3
 """Least distance of two cameras [m]."""
+_OTHER_FOCAL_LENGTH = 0.1
+"""Relative difference of focal lengths from which on a camera is not that of its sensor; a calibration errs by less."""
 _NEAR = 0.1
 """Sum of the distances of two sensors from two calibrated cameras [m] below which they are the same cameras."""
 MARGIN = 0.05
@@ -176,10 +178,13 @@ def _check_sensors(
         if sensor is None:
             continue
         info = sensor.default_color_render_camera().core().intrinsics()
-        if (info.width(), info.height()) != (camera.width, camera.height):
+        # The images may be a part of the camera's; their focal length is the same.
+        larger = info.width() > camera.width or info.height() > camera.height
+        if larger or abs(info.focal_x() / camera.focal_lengths[0] - 1.0) > _OTHER_FOCAL_LENGTH:
             raise DrakeTrackerError(
-                f"{name}: cameras[{k}] has images of {camera.width} x {camera.height} px, and the sensor "
-                f"{sensor.get_name()} of its centroid {info.width()} x {info.height()} px"
+                f"{name}: cameras[{k}] has {camera.width} x {camera.height} px and a focal length of "
+                f"{camera.focal_lengths[0]:.0f} px, and the sensor {sensor.get_name()} of its centroid {info.width()} "
+                f"x {info.height()} px and {info.focal_x():.0f} px"
             )
     if len(sensors) != 2 or any(
         each is None or each.default_parent_frame_id() != SceneGraph.world_frame_id() for each in sensors

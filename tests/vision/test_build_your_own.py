@@ -118,6 +118,11 @@ def test_one_camera_and_a_plane():
     assert point.valid and (point.x, point.y, point.z) == pytest.approx(p_WQ, abs=1e-6)
 
 
+def larger(camera):
+    """The same camera as calibrated with images of twice the size."""
+    return replace(camera, K=camera.K * [[2], [2], [1]], width=2 * camera.width, height=2 * camera.height)
+
+
 def two_cameras(builder, *, sizes=((96, 72), (96, 72)), places=([-0.5, -0.9, 0.6], [0.5, -0.9, 0.6])):
     """Two sensors; returns their cameras, and the output ports of their centroids."""
     _, scene_graph = add_sliding_box(builder)
@@ -142,8 +147,12 @@ def two_cameras(builder, *, sizes=((96, 72), (96, 72)), places=([-0.5, -0.9, 0.6
         (lambda cameras, centroids: (cameras * 2, centroids), "4 cameras and 2 centroids; a triangulator has two"),
         (lambda cameras, centroids: (cameras, centroids[:1]), "2 cameras and 1 centroids"),
         (
-            lambda cameras, centroids: ([cameras[0], replace(cameras[1], width=640, height=480)], centroids),
-            r"cameras\[1\] has images of 640 x 480 px, and the sensor .* of its centroid 96 x 72 px",
+            lambda cameras, centroids: ([cameras[0], larger(cameras[1])], centroids),
+            r"cameras\[1\] has 192 x 144 px and a focal length of 282 px, and the sensor .* 96 x 72 px and 141 px",
+        ),
+        (
+            lambda cameras, centroids: ([replace(cameras[0], width=48), cameras[1]], centroids),
+            r"cameras\[0\] has 48 x 72 px and a focal length of 141 px, and the sensor .* 96 x 72 px",
         ),
         (lambda cameras, centroids: ([cameras[0], cameras[0]], ()), "the two cameras are 0 mm apart"),
     ],
