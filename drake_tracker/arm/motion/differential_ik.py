@@ -139,6 +139,7 @@ def joints_for(model: ArmModel, q_start: Sequence[float] | np.ndarray, X_WT: Rig
     """Returns joint positions, shape (n,) [rad], that bring the tool to a pose, found by differential steps.
 
     The search is repeated from other starts if the first start does not lead to the pose, because each search is local.
+    The nearest start is next, so that the arm stays in the posture of the first start if possible.
     A symmetric hand may also be turned by half a turn.
 
     Args:
@@ -151,10 +152,9 @@ def joints_for(model: ArmModel, q_start: Sequence[float] | np.ndarray, X_WT: Rig
     turned = X_WT @ RigidTransform(RotationMatrix.MakeZRotation(np.pi), np.zeros(3))
     goals = (X_WT, turned) if model.symmetric_hand else (X_WT,)
     lower, upper = model.position_lower + LIMIT_MARGIN, model.position_upper - LIMIT_MARGIN
-    starts = [
-        np.array(q_start, dtype=float),
-        *np.random.default_rng(0).uniform(lower, upper, (OTHER_STARTS, len(lower))),
-    ]
+    first = np.array(q_start, dtype=float)
+    others = np.random.default_rng(0).uniform(lower, upper, (OTHER_STARTS, len(lower)))
+    starts = [first, *sorted(others, key=lambda start: float(np.abs(start - first).max()))]
     parameters = make_parameters(model, 0.05)
     least, best = np.inf, starts[0]
     for start in starts:
