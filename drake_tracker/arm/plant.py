@@ -1,5 +1,6 @@
 """Adds an arm and its hand to a MultibodyPlant, and sets the gains of its joint servos."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,11 +9,15 @@ from xml.etree import ElementTree
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JointActuator, ModelInstanceIndex, PdControllerGains
+from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, PdControllerGains
 
 from drake_tracker.arm.description import ArmDescription
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.models_path import models_path
+
+_PACKAGE = "package://drake_tracker_models/"
+_HINTS = {"unsupported extension": "convert the mesh to .obj", "set_velocity_limits": "a velocity limit is negative"}
+"""Advice for parts of Drake's messages."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +34,9 @@ class ArmParts:
 
 
 def models_parser(plant: MultibodyPlant) -> Parser:
-    """Returns a Parser that knows the project's package of models, and those in ROS_PACKAGE_PATH."""
+    """Returns a Parser that knows the project's package of models."""
     parser = Parser(plant)
     parser.package_map().AddPackageXml(str(models_path() / "package.xml"))
-    parser.package_map().PopulateFromRosPackagePath()
     return parser
 
 
@@ -43,12 +47,12 @@ def add_arm(plant: MultibodyPlant, *, description: ArmDescription) -> ArmParts:
         plant: a plant that is not finalized.
         description: the arm.
 
-    Raises DrakeTrackerError when a file cannot be read or does not hold one model; RuntimeError, from Drake, when a
-    frame does not exist.
+    Raises DrakeTrackerError when a file cannot be read or does not hold one model, or when a frame does not exist.
     """
     parser = models_parser(plant)
-    arm, gripper = (_only_model(parser, url) for url in (description.arm_url, description.gripper_url))
-    base = plant.GetFrameByName(description.base_link, arm)
+    arm = _only_model(parser, description.arm_url, "own_arm")
+    gripper = _only_model(parser, description.gripper_url, "own_hand")
+    base = named_frame(plant, arm, description, "base_link")
     for index in plant.GetJointIndices(arm):  # many descriptions fix the base to a link that is named world
         joint = plant.get_joint(index)
         if joint.parent_body() == plant.world_body() and joint.child_body() == base.body():
@@ -56,26 +60,57 @@ def add_arm(plant: MultibodyPlant, *, description: ArmDescription) -> ArmParts:
     plant.WeldFrames(plant.world_frame(), base, RigidTransform([0.0, 0.0, description.base_height]))
     _add_drives(plant, arm, parser.package_map().ResolveUrl(description.arm_url))
     plant.WeldFrames(
-        plant.GetFrameByName(description.flange, arm), plant.GetFrameByName(description.hand_link, gripper)
+        named_frame(plant, arm, description, "flange"), named_frame(plant, gripper, description, "hand_link")
     )
     return ArmParts(arm, gripper)
 
 
-def _only_model(parser: Parser, url: str) -> ModelInstanceIndex:
-    """Returns the model that a file holds. The folders above the file are packages of their names, as usual in ROS."""
-    known = parser.package_map()
+def named_frame(
+    plant: MultibodyPlant, instance: ModelInstanceIndex, description: ArmDescription, field: str, name: str = ""
+) -> Frame:
+    """Returns the frame of a model that a field of the description names.
+
+    Args:
+        plant: the plant.
+        instance: the model instance.
+        description: the arm.
+        field: the field, for messages.
+        name: name of the frame; empty: the value of the field.
+
+    Raises DrakeTrackerError when the model has no such frame.
+    """
+    name = name or getattr(description, field)
+    if plant.HasFrameNamed(name, instance):
+        return plant.GetFrameByName(name, instance)
+    url = description.arm_url if field in ("base_link", "flange") else description.gripper_url
+    frames = [plant.get_frame(index).name() for index in plant.GetFrameIndices(instance)]
+    known = ", ".join(frame for frame in frames if not frame.startswith("__"))
+    raise DrakeTrackerError(f"{field}: {url} has no frame {name}; its frames are {known}")
+
+
+def _only_model(parser: Parser, url: str, name: str) -> ModelInstanceIndex:
+    """Returns the model that a file holds, under a name that no other model of a laboratory has if the file is the
+    user's. The packages in ROS_PACKAGE_PATH are known then, and each folder above the file is a package of its name.
+    """
+    plant, known, own = parser.plant(), parser.package_map(), not url.startswith(_PACKAGE)
+    constraints = plant.num_constraints()
     try:
-        path = known.ResolveUrl(url)
-        for folder in Path(path).parents:
-            if folder.name and not known.Contains(folder.name):
-                known.Add(folder.name, str(folder))
+        if own:
+            known.PopulateFromRosPackagePath()
+            for folder in Path(known.ResolveUrl(url)).parents:
+                if folder.name and not known.Contains(folder.name):
+                    known.Add(folder.name, str(folder))
         models = parser.AddModelsFromUrl(url)
-    except (RuntimeError, ValueError, SystemExit) as error:  # Drake says what is wrong; SystemExit for a bad shape
-        text = " ".join(str(error).split())
-        hint = "; convert the mesh to .obj" if "unsupported extension" in text else ""
+    except (RuntimeError, ValueError, SystemExit) as error:  # Drake says what is wrong; SystemExit for a bad value
+        text = re.sub(r"^Failure at \S+ in ", "", " ".join(str(error).split()))
+        hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in text), "")
         raise DrakeTrackerError(f"{url}: {text}{hint}") from None
     if len(models) != 1:
         raise DrakeTrackerError(f"{url} holds {len(models)} models; it must hold one")
+    if plant.num_constraints() > constraints:
+        raise DrakeTrackerError(f"{url} has constraints such as <mimic>; remove them, since fingers are coupled anyway")
+    if own:
+        plant.RenameModelInstance(models[0], name)
     return models[0]
 
 

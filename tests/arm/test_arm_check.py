@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
 from urdf_arms import AXES, LIMIT, MOTORS, urdf
 
 from drake_tracker.arm.arm_check import check_arm
@@ -14,6 +15,8 @@ from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.plant import add_arm
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.models_path import models_path
+from drake_tracker.world.train.plant import add_laboratory
 
 
 def arm(tmp_path, text, count=6, **changes):
@@ -52,8 +55,14 @@ TURNED = dict(reversed(MOTORS.items()))
         (urdf([("revolute", LIMIT.replace("-2.9", "2.9", 1))]), "joint1 has the position limits 2.9 to 2.9; they"),
         (urdf([("revolute", LIMIT.replace('"3"', '"0"'))]), "joint joint1 has the velocity limits -?0 to 0"),
         (urdf([("revolute", LIMIT.replace('"90"', '"0"'))]), "joint joint1 has the effort limit 0 N m"),
-        (urdf(drives=MISSING), "joint joint3 has no actuator; a URDF names it in a transmission"),
-        (urdf(drives=TURNED), "the actuators are those of joint6, joint5, .*; they must be in the order of the joints"),
+        (urdf(drives=MISSING), "joint joint3 has no actuator; it needs an effort limit above 0 and, in a URDF, a t"),
+        (urdf([("revolute", LIMIT.replace('"90"', '"0"'))], drives=MOTORS), "joint1 has no actuator; it needs an"),
+        (urdf(drives=TURNED), "those of joint6, joint5, .*; there must be one for each joint, in the order of the"),
+        (urdf(drives=MOTORS | {"motor7": "joint1"}), "those of joint1, .*, joint6, joint1; there must be one"),
+        (urdf([("floating", "")]), "arm.urdf: link link1 is not carried by base_link, base"),
+        (urdf(extra='<link name="stray"/>'), "arm.urdf: link stray is not carried by base_link, base"),
+        (urdf([("revolute", LIMIT), ("revolute", LIMIT + '<mimic joint="joint1"/>')]), "arm.urdf has constraints such"),
+        (urdf([("revolute", LIMIT.replace('"3"', '"-3"'))]), "arm.urdf: set_v.*; a velocity limit is negative"),
         (urdf(axes=AXES[:5]), r"has 5 joints; a pose of the hand needs 6"),
         (urdf(axes=(*AXES[:5], "1 0 0")), "the axis of the last joint, joint6, is 90 degrees from z of tool"),
         (
@@ -87,16 +96,76 @@ def test_a_model_that_misses_a_requirement_is_named(tmp_path, text, message):
         ({"servo_bandwidth": (float("nan"),) * 6}, "servo_bandwidth is nan for joint joint1; it must be above 0"),
         ({"fingers": ("finger_right", "finger_left")}, "the actuator drives finger_left; it must drive finger_right"),
         ({"gripper_url": PUMA560_CUP.gripper_url}, "finger_left"),
-        ({"tool_frame": "tip"}, "tip"),
+        ({"tool_frame": "tip"}, "tool_frame: .*gripper.sdf has no frame tip; its frames are hand, jaw_left, .*, tool$"),
+        ({"markers": True}, "markers: .*gripper.sdf has no frame marker_left"),
+        ({"hand_link": "jaw_left"}, "gripper.sdf: link hand is not carried by hand_link, jaw_left"),
+        ({"base_link": "link1"}, "arm.urdf: link base is not carried by base_link, link1"),
+        ({"q_start": ("a",) * 6}, r"q_start is \('a', .*\); it must be a tuple of numbers"),
+        ({"servo_inertia": np.ones((6, 2))}, r"servo_inertia is array\(.*\); it must be a tuple of numbers"),
+        ({"servo_inertia": 3.0}, "servo_inertia is 3.0; it must be a tuple of numbers"),
+        ({"finger_stiffness": float("nan")}, "finger_stiffness is nan; it must be a finite number, at least 0"),
+        ({"base_height": "high"}, "base_height is 'high'; it must be a finite number, at least 0"),
+        ({"flange": None}, "flange is None; it must be text"),
+        ({"fingers": "finger_left"}, "fingers is 'finger_left'; it must be a tuple of names"),
+        ({"fingers": ("finger_left",) * 2}, r"fingers is \('finger_left', 'finger_left'\); a gripper has two joints"),
+        ({"arm_url": "/nowhere/arm.urdf"}, "arm_url is '/nowhere/arm.urdf'; it must be a URL, file://"),
         ({"arm_url": "file:///nowhere/arm.urdf"}, "nowhere"),
         ({"arm_url": "package://nobody/arm.urdf"}, "nobody"),
-        ({"base_link": "bottom"}, "bottom"),
+        ({"base_link": "bottom"}, "base_link: .*arm.urdf has no frame bottom; its frames are base, link1"),
     ],
 )
 def test_a_description_that_misses_a_requirement_is_named(tmp_path, changes, message):
     with pytest.raises(DrakeTrackerError, match=message) as caught:
         check_arm(arm(tmp_path, urdf(), **changes))
     assert "\n" not in str(caught.value)
+
+
+HOOK = (
+    '<link name="hook"/><joint name="third" type="prismatic"><parent>hand</parent><child>hook</child><axis>'
+    "<xyz>0 0 1</xyz><limit><lower>0</lower><upper>0.01</upper><effort>0</effort></limit></axis></joint></model>"
+)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ('type="prismatic"', 'type="revolute"', "hand.sdf: finger_left is revolute; fingers are prismatic"),
+        ("</model>", HOOK, "hand.sdf: joint third is not in fingers; fix it in the model"),
+        ("</model>", '<link name="stray"/></model>', "hand.sdf: link stray is not carried by hand_link, hand"),
+        (
+            "<xyz>0 1 0</xyz>",
+            "<xyz>1 0 0</xyz>",
+            r"finger_left moves along \[1.0, 0.0, 0.0\] of tool, .* must move along y",
+        ),
+        ("0 0 3.1415926535897931", "0 0 0", "; fingers must move along y, away from each other"),
+        (
+            "<lower>0</lower>",
+            "<lower>0.03</lower>",
+            "hand.sdf: finger_left travels from 0.03 to 0.045 m; it must be able",
+        ),
+    ],
+)
+def test_a_hand_that_misses_a_requirement_is_named(tmp_path, before, after, message):
+    text = (models_path() / "gripper" / "gripper.sdf").read_text()
+    assert before in text
+    (tmp_path / "hand.sdf").write_text(text.replace(before, after))
+    with pytest.raises(DrakeTrackerError, match=message):
+        check_arm(replace(PUMA560, gripper_url=(tmp_path / "hand.sdf").as_uri()))
+
+
+@pytest.mark.parametrize("name", ["gripper", "train", "table"])
+def test_the_name_of_a_model_is_free(tmp_path, name):
+    description = arm(tmp_path, urdf().replace('name="arm"', f'name="{name}"'))
+    check_arm(description)
+    assert add_laboratory(DiagramBuilder(), description=description).plant.HasModelInstanceNamed("own_arm")
+
+
+def test_packages_of_ros_concern_only_the_models_of_the_user(tmp_path, monkeypatch):
+    (tmp_path / "package.xml").write_text("<package")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    check_arm(PUMA560)
+    with pytest.raises(DrakeTrackerError, match=r"arm.urdf: .*Failed to parse XML in file .*package.xml"):
+        check_arm(arm(tmp_path, urdf()))
 
 
 def test_a_mesh_that_drake_cannot_use_is_named(tmp_path):
@@ -132,6 +201,13 @@ def test_a_pose_is_found_from_other_starts(tmp_path):
     R_WT, R_goal = (X.rotation().matrix() for X in (model.tool_pose(q), X_WT))
     np.testing.assert_allclose(model.tool_pose(q).translation(), X_WT.translation(), atol=1e-6)
     np.testing.assert_allclose(np.abs(np.diag(R_goal.T @ R_WT)), 1.0, atol=1e-5)  # up to half a turn of the hand
+
+
+def test_the_nearest_start_is_searched_first():
+    """A farther start ends more than a whole turn away."""
+    model, start = make_arm_model(UR5E), (-1.35, -0.07, 2.53, -1.79, 1.4, -1.49)
+    for p_WT in ([0.45, 0.1, 0.5], [0.5, -0.1, 0.5], [0.55, 0.15, 0.5]):
+        assert np.abs(joints_for(model, start, tool_down(p_WT, np.pi)) - start).max() < 5.5
 
 
 def test_a_pose_out_of_reach_names_the_joint_that_limits(tmp_path):

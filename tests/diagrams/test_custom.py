@@ -204,14 +204,16 @@ def test_a_custom_arm(folder, name):
     diagram = make_diagram(load_scenario("train:learned", overrides=arm("make_arm, parameters: {inertia: 3.5}")))
     np.testing.assert_equal(diagram.world.laboratory.plant.num_actuated_dofs(diagram.world.laboratory.arm), 6)
     for call, message in {
-        "make_arm, parameters: {flange: flansch}": "There is no Frame named 'flansch'",
+        "make_arm, parameters: {flange: flansch}": "puma560.sdf has no frame flansch; its frames are base, link1",
         "make_arm, parameters: {joints: 2}": "servo_inertia has 2 values for 6 joints with actuators",
         "with_cup": "for the train the hand must have fingers",
-        "one_finger": "fingers names 1 joints; a gripper has two, a cup none",
+        "one_finger": "fingers is ('finger_left',); a gripper has two joints, a cup none",
         "number": f"{name}.number returned a int; it must return an ArmDescription",
     }.items():
         assert message in error_of("train:learned", overrides=arm(call))
-    assert "no Frame named 'probe'" in error_of("ball", overrides=arm("with_cup, parameters: {probe: false}")[1:])
+    assert "a hand without fingers: package://drake_tracker_models/gripper/gripper.sdf has no frame probe" in error_of(
+        "ball", overrides=arm("with_cup, parameters: {probe: false}")[1:]
+    )
     assert load_scenario("ball", overrides=arm("with_cup")[1:]).arm.folder == str(Path.cwd())
 
 
