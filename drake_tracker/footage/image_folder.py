@@ -3,6 +3,7 @@
 import glob
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
@@ -89,50 +90,45 @@ def _whole_or_none(file: Path) -> np.ndarray | None:
         return None
 
 
+@dataclass
 class _Images:
     """The images of a folder. One that cannot be read is left out, as if it had been dropped."""
 
-    def __init__(
-        self,
-        name: str,
-        files: Sequence[Path],
-        times: np.ndarray,
-        size: tuple[int, int],
-        bits: int,
-        orientation: Orientation,
-        mixed: str | None,
-    ) -> None:
-        self.name, self.size = name, size
-        self._files, self._times, self._bits = files, times, bits
-        self._orientation, self._mixed = orientation, mixed
-        self._bad: list[str] = []
-        self._clipped = 0
+    name: str
+    files: Sequence[Path]
+    times: np.ndarray
+    size: tuple[int, int]
+    bits: int
+    orientation: Orientation
+    mixed: str | None
+    bad: list[str] = field(default_factory=list)
+    clipped: int = 0
 
     def warning(self) -> str | None:
         """Returns what is wrong with the images read so far, or None."""
-        lines = [self._mixed] if self._mixed else []
-        if self._clipped:
-            share = f"{_MOST_CLIPPED:.0%} of the pixels are above {self._bits} bits, and shown as white"
-            lines.append(f"{self.name}: in {self._clipped} of {len(self._files)} images more than {share}")
-        if self._bad:
-            more = f" and {len(self._bad) - 1} more" if len(self._bad) > 1 else ""
+        lines = [self.mixed] if self.mixed else []
+        if self.clipped:
+            share = f"{_MOST_CLIPPED:.0%} of the pixels are above {self.bits} bits, and shown as white"
+            lines.append(f"{self.name}: in {self.clipped} of {len(self.files)} images more than {share}")
+        if self.bad:
+            more = f" and {len(self.bad) - 1} more" if len(self.bad) > 1 else ""
             lines.append(
-                f"{self.name}: {len(self._bad)} of {len(self._files)} images cannot be read: {self._bad[0]}{more}"
+                f"{self.name}: {len(self.bad)} of {len(self.files)} images cannot be read: {self.bad[0]}{more}"
             )
         return "; ".join(lines) or None
 
     def frames(self) -> Iterator[tuple[float, np.ndarray]]:
         """Yields (time [s], RGB image)."""
-        self._bad, self._clipped = [], 0
-        for file, time in zip(self._files, self._times):
+        self.bad, self.clipped = [], 0
+        for file, time in zip(self.files, self.times):
             try:
                 whole = read_whole(file)
             except DrakeTrackerError:
-                self._bad.append(file.name)
+                self.bad.append(file.name)
                 continue
             if whole.dtype != np.uint8:
-                self._clipped += bool(np.mean(whole >> self._bits > 0) > _MOST_CLIPPED)
-            image = self._orientation.apply(with_8_bits(whole, self._bits))
+                self.clipped += bool(np.mean(whole >> self.bits > 0) > _MOST_CLIPPED)
+            image = self.orientation.apply(with_8_bits(whole, self.bits))
             if image.shape[1::-1] != self.size:
                 raise DrakeTrackerError(
                     f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have "

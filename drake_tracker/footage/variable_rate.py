@@ -35,7 +35,9 @@ def even_out(
     """
     taken = [each.times for each in footage if each.times is not None and each.rate is None]
     period = clocks[0].period
-    if len(taken) < len(footage) or all(_share_of_cycles(each, period) >= _REGULAR for each in taken):
+    if len(taken) < len(footage) or all(
+        len(np.unique(c := _cycles(each, period))) >= _REGULAR * (c[-1] + 1) for each in taken
+    ):
         return list(footage), list(clocks), []
     best, (stretches, points) = 1.0, _judge(taken, period)
     for factor in _FACTORS[1:]:
@@ -54,11 +56,6 @@ def even_out(
 def _cycles(times: np.ndarray, period: float) -> np.ndarray:
     """Returns the number (n,) of the cycle nearest to each of the times [s], counted from the first."""
     return np.floor((times - times[0]) / period + 0.5).astype(int)
-
-
-def _share_of_cycles(times: np.ndarray, period: float) -> float:
-    cycles = _cycles(times, period)
-    return len(np.unique(cycles)) / (cycles[-1] + 1)
 
 
 def _judge(taken: Sequence[np.ndarray], period: float) -> tuple[float, int]:

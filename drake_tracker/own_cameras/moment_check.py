@@ -116,12 +116,7 @@ def describe_moments(found: Moments | None, given: float, live: bool, shared: bo
 
 
 def _mean_square_gap(
-    cameras: Sequence[CameraModel],
-    stamps: np.ndarray,
-    left: np.ndarray,
-    right: np.ndarray,
-    shift: float,
-    period: float,
+    cameras: Sequence[CameraModel], stamps: np.ndarray, left: np.ndarray, right: np.ndarray, shift: float, period: float
 ) -> float:
     """Returns the mean square gap [px^2] when the second track is shifted to later moments, NaN for too few rows.
 
