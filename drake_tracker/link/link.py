@@ -6,7 +6,6 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError, raised
-from drake_tracker.core.messages import Prediction, message_size
 from drake_tracker.core.registry import Registry
 from drake_tracker.link.config import Lossy, Perfect
 
@@ -64,6 +63,8 @@ def check_link(link: Any) -> None:
     Args:
         link: what is checked.
     """
+    from drake_tracker.core.messages import Prediction, message_size  # loads Drake
+
     name = type(link).__name__
     missing = [method for method in vars(Link) if not method.startswith("_") and not hasattr(link, method)]
     if missing:

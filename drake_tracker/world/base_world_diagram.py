@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
@@ -65,7 +66,7 @@ class BaseWorldDiagram(Diagram):
     """A laboratory: everything that is real, and the only place that holds the ground truth.
 
     A derived class adds its plant, cameras and judge to a builder, calls `place_robot` and `export_robot`, exports its
-    own ports, and calls `finish`.
+    own ports, and calls ``builder.BuildInto(self)``.
 
     Args:
         config: common settings of all laboratories.
@@ -85,12 +86,32 @@ class BaseWorldDiagram(Diagram):
         self.image_latency = config.image_latency
 
     def place_robot(self, config: WorldConfig) -> None:
-        """Names the plant, and places the arm and the jaws, if there are any."""
+        """Names the plant, and places the arm and the jaws, if there are any.
+
+        Raises DrakeTrackerError when bodies of the laboratory overlap at the start: contact would jam them.
+        """
         plant, laboratory = self.laboratory.plant, self.laboratory
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, config.q_initial)
         if config.arm.has_fingers:
             plant.SetDefaultPositions(laboratory.gripper, [0.5 * config.jaw_opening, 0.5 * config.jaw_opening])
+        self._check_layout()
+
+    def _check_layout(self) -> None:
+        """Raises DrakeTrackerError when bodies overlap at the start. Called before there is a renderer to copy."""
+        plant = self.laboratory.plant
+        scene_graph = self.laboratory.scene_graph
+        context = scene_graph.CreateDefaultContext()
+        poses = plant.get_geometry_pose_output_port().Eval(plant.CreateDefaultContext())
+        scene_graph.get_source_pose_port(plant.get_source_id()).FixValue(context, AbstractValue.Make(poses))
+        query = scene_graph.get_query_output_port().Eval(context)
+        overlaps = sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth)
+        if overlaps and overlaps[0].depth > LARGEST_OVERLAP:
+            frames = [query.inspector().GetFrameId(side) for side in (overlaps[0].id_A, overlaps[0].id_B)]
+            one, other = (plant.GetBodyFromFrameId(frame).name() for frame in frames)
+            raise DrakeTrackerError(
+                f"the layout is impossible: {one} and {other} overlap by {1e3 * overlaps[0].depth:.0f} mm at the start"
+            )
 
     def add_faults(self, builder: DiagramBuilder, config: WorldConfig) -> None:
         """Adds the faults of the scene and of the joints."""
@@ -122,23 +143,6 @@ class BaseWorldDiagram(Diagram):
         if config.arm.has_fingers:
             jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
             builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
-
-    def finish(self, builder: DiagramBuilder) -> None:
-        """Builds the diagram.
-
-        Raises DrakeTrackerError when bodies of the laboratory overlap at the start: contact would jam them.
-        """
-        builder.BuildInto(self)
-        plant = self.laboratory.plant
-        context = plant.GetMyContextFromRoot(self.CreateDefaultContext())
-        query = plant.get_geometry_query_input_port().Eval(context)
-        overlaps = sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth)
-        if overlaps and overlaps[0].depth > LARGEST_OVERLAP:
-            frames = [query.inspector().GetFrameId(side) for side in (overlaps[0].id_A, overlaps[0].id_B)]
-            one, other = (plant.GetBodyFromFrameId(frame).name() for frame in frames)
-            raise DrakeTrackerError(
-                f"the layout is impossible: {one} and {other} overlap by {1e3 * overlaps[0].depth:.0f} mm at the start"
-            )
 
     def start(self) -> None:
         """Starts the processes that make images, if there are any. Otherwise they start with the first image."""

@@ -108,7 +108,7 @@ class BallWorldDiagram(BaseWorldDiagram):
         builder.ExportOutput(plant.get_state_output_port(laboratory.ball), "truth_ball_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
-        self.finish(builder)
+        builder.BuildInto(self)
 
     def _add_camera(
         self, builder: DiagramBuilder, config: WorldConfig, board: BoardConfig, camera: BoardCameraConfig

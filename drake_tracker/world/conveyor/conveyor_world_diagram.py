@@ -113,7 +113,7 @@ class ConveyorWorldDiagram(BaseWorldDiagram):
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(judge.GetOutputPort("fates"), "truth_fates")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
-        self.finish(builder)
+        builder.BuildInto(self)
         seen = {name: true_camera_models(cameras)[name] for name in self.cameras}
         stretch = free_stretch(belt, seen, config.windows)
         self._holder = SleepingParts(laboratory, self.arrivals, belt, self.motion, stretch)

@@ -157,4 +157,4 @@ class WorldDiagram(BaseWorldDiagram):
         if objects:
             states = add_object_states(builder, plant=plant, bodies=laboratory.object_bodies)
             builder.ExportOutput(states.GetOutputPort("states"), "truth_object_states")
-        self.finish(builder)
+        builder.BuildInto(self)
