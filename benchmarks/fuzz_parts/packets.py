@@ -99,7 +99,7 @@ def read_messages(generator, folder):
         data = message(generator)
         for read, expected in ((read_image, (8, 4)), (read_vector, TrackPoint.get_fields())):
             try:
-                time, content = read(data, expected)
+                time, content, _ = read(data, expected)
             except NotUnderstood:
                 continue
             assert 0.0 <= time <= 1e10, "a time of no run"

@@ -64,8 +64,8 @@ def execute(options: Namespace) -> int:
         scenario = load_scenario(*request, [f"{_STALE}=hold", *options.overrides], allow_code=options.allow_code)
     announce_code(scenario, ["arm"])
     lcm = open_bus(options.lcm)
-    diagram = make_arm_side(scenario, lcm)
     progress = Progress(scenario.duration)
+    diagram = make_arm_side(scenario, lcm, progress.say)
     run_options = RunOptions(record=not options.no_record, meshcat=options.meshcat, realtime_rate=options.rate)
     with run_directory(options.out, scenario.name) as out:
         try:

@@ -1,16 +1,19 @@
 """The process of the arm as a Diagram: laboratory, link and arm's computer, and the network to the host."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
-from drake import lcmt_image_array
+from drake import lcmt_drake_signal, lcmt_image_array
 from pydrake.lcm import DrakeLcm
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.lcm import LcmInterfaceSystem, LcmPublisherSystem
+from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.network.channels import FROM_ARM, Vector, channel_of
+from drake_tracker.network.channels import FROM_ARM, Vector, channel_of, sender_of
+from drake_tracker.network.cycles import SenderLock
 from drake_tracker.network.signal_system import add_receiver, add_sender
 
 
@@ -23,6 +26,7 @@ class ArmSideDiagram(Diagram):
         hand_eye: a `HandEyeDiagram` with a `RemoteHostDiagram` as its host.
         lcm: the connection to the bus that the remote host uses.
         vectors: {port: fields, period and offset of its channel}.
+        run: identifier of the run, which every message names.
 
     Attributes:
         world: the subsystem of the hand-eye diagram.
@@ -32,7 +36,7 @@ class ArmSideDiagram(Diagram):
         arm: the subsystem of the hand-eye diagram.
     """
 
-    def __init__(self, hand_eye: Any, lcm: DrakeLcm, vectors: Mapping[str, Vector]) -> None:
+    def __init__(self, hand_eye: Any, lcm: DrakeLcm, vectors: Mapping[str, Vector], run: int) -> None:
         super().__init__()
         self.set_name("arm_side")
         self.world, self.vision, self.host = hand_eye.world, hand_eye.vision, hand_eye.host
@@ -41,9 +45,10 @@ class ArmSideDiagram(Diagram):
         # First, so that at each step messages are received before the subscribers are asked for them.
         builder.AddSystem(LcmInterfaceSystem(lcm))
         builder.AddSystem(hand_eye)
+        sender = _add_sender_name(builder, run)
         for name in FROM_ARM:
-            sender = add_sender(builder, lcm=lcm, port=name, vector=vectors[name])
-            builder.Connect(hand_eye.GetOutputPort(name), sender)
+            signal = add_sender(builder, lcm=lcm, port=name, vector=vectors[name], sender=sender)
+            builder.Connect(hand_eye.GetOutputPort(name), signal)
         for index in range(hand_eye.num_output_ports()):
             port = hand_eye.get_output_port(index)
             builder.ExportOutput(port, port.get_name())
@@ -66,15 +71,16 @@ class ImageSenderDiagram(Diagram):
     Args:
         lcm: connection to the bus.
         cameras: names of the ports.
+        run: identifier of the run, which the name of each image's frame contains.
     """
 
-    def __init__(self, lcm: DrakeLcm, cameras: Iterable[str]) -> None:
+    def __init__(self, lcm: DrakeLcm, cameras: Iterable[str], run: int) -> None:
         super().__init__()
         self.set_name("image_sender")
         builder = DiagramBuilder()
         for name in cameras:
             encoder = builder.AddNamedSystem(f"{name}_to_message", ImageToLcmImageArrayT())
-            image = encoder.DeclareImageInputPort[PixelType.kRgba8U](name)
+            image = encoder.DeclareImageInputPort[PixelType.kRgba8U](f"{name} run {run}")
             publisher = builder.AddNamedSystem(
                 f"{name}_publisher",
                 LcmPublisherSystem.Make(
@@ -107,20 +113,58 @@ class RemoteHostDiagram(Diagram):
     cameras there is no input, and `channels.FROM_VISION` are outputs too. With several objects ``tracks`` takes the
     place of ``point``, and with cameras `channels.FROM_TRACKER` are further outputs.
 
+    Messages for other runs, and those of a second host, are ignored and reported (`SenderLock`).
+
     Args:
-        lcm: connection to the bus, with an LcmInterfaceSystem elsewhere.
+        lcm: connection to the bus, with an LcmInterfaceSystem before this one.
         sent: names of the ports that are sent.
         heard: names of the ports that are received.
         vectors: {port: fields, period and offset of its channel}.
+        run: identifier of the run, which every message names.
+        tell: called with each line of news for the user.
     """
 
-    def __init__(self, lcm: DrakeLcm, sent: Iterable[str], heard: Iterable[str], vectors: Mapping[str, Vector]) -> None:
+    def __init__(
+        self,
+        lcm: DrakeLcm,
+        sent: Iterable[str],
+        heard: Iterable[str],
+        vectors: Mapping[str, Vector],
+        run: int,
+        tell: Callable[[str], object] = print,
+    ) -> None:
         super().__init__()
         self.set_name("remote_host")
+        self._run = float(run)
+        self._runs, self._hosts = SenderLock("run", tell), SenderLock("host", tell)
+        self._inside = DrakeLcm("memq://")
         builder = DiagramBuilder()
+        builder.AddSystem(LcmInterfaceSystem(self._inside))
+        sender = _add_sender_name(builder, run)
         for port in sent:
-            builder.ExportInput(add_sender(builder, lcm=lcm, port=port, vector=vectors[port]), port)
+            signal = add_sender(builder, lcm=lcm, port=port, vector=vectors[port], sender=sender)
+            builder.ExportInput(signal, port)
         for port in heard:
-            faults = port == "prediction"
-            builder.ExportOutput(add_receiver(builder, lcm=lcm, port=port, vector=vectors[port], faults=faults), port)
+            lcm.Subscribe(channel_of(port), partial(self._pass_on, channel_of(port)))
+            signal = add_receiver(
+                builder, lcm=self._inside, port=port, vector=vectors[port], faults=port == "prediction"
+            )
+            builder.ExportOutput(signal, port)
         builder.BuildInto(self)
+
+    def _pass_on(self, channel: str, data: bytes) -> None:
+        """Publishes a message on the bus inside, unless it is for another run or comes from a second host."""
+        try:
+            run, host = sender_of(lcmt_drake_signal.decode(data))
+        except Exception:  # garbage can raise anything in the generated decoder; the arm's guard counts it
+            self._inside.Publish(channel, data)
+            return
+        if run not in (0.0, self._run):
+            self._runs.ignore(run)
+        elif self._hosts.accepts(host):
+            self._inside.Publish(channel, data)
+
+
+def _add_sender_name(builder: DiagramBuilder, run: int) -> OutputPort:
+    """Adds the source of `channels.SENDER` in the messages of an arm. Returns its output port."""
+    return builder.AddNamedSystem("sender", ConstantVectorSource([float(run), 0.0])).get_output_port()

@@ -4,6 +4,7 @@ A channel carries the values of a port of `HandEyeDiagram`, under the port's nam
 (`encode_signal`), a camera's images as `lcmt_image_array`.
 """
 
+import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,6 +42,8 @@ FROM_HOST = ("prediction", "filtered")
 """Ports that the host always sends."""
 FROM_ARM = ("arm_state", "jaws", "q_commanded", "command")
 """Ports that the arm sends to any listener. A host that tracks several objects reads the first two."""
+SENDER = ("run", "host")
+"""Fields that may follow the fields of a vector: identifiers of the arm's run and of the host. 0 stands for none."""
 
 
 @dataclass(frozen=True)
@@ -95,29 +98,43 @@ def vectors(time_step: float, num_joints: int = 6) -> dict[str, Vector]:
     return {port: Vector(tuple(fields), period, offset) for port, (fields, period, offset) in rows.items()}
 
 
-def encode_signal(values: Sequence[float] | np.ndarray, fields: Sequence[str], time: float) -> lcmt_drake_signal:
+def new_identifier() -> int:
+    """Returns an identifier for a run or a host, drawn at random, between 1 and 2^32."""
+    return 1 + secrets.randbelow(2**32)
+
+
+def encode_signal(
+    values: Sequence[float] | np.ndarray, fields: Sequence[str], time: float, sender: Sequence[float] = ()
+) -> lcmt_drake_signal:
     """Returns the message of a vector: ``val`` holds the values and ``coord`` the names of the fields.
 
     Args:
         values: the vector.
         fields: names of its fields.
         time: the sender's time [s]; ``timestamp`` is in milliseconds, as in Drake.
+        sender: values of `SENDER`, or nothing.
     """
     message = lcmt_drake_signal()
-    message.dim = len(fields)
-    message.val = [float(value) for value in values]
-    message.coord = list(fields)
+    message.val = [float(value) for value in (*values, *sender)]
+    message.coord = [*fields, *SENDER[: len(sender)]]
+    message.dim = len(message.val)
     message.timestamp = round(1e3 * time)
     return message
 
 
 def decode_signal(message: lcmt_drake_signal, fields: Sequence[str]) -> np.ndarray | None:
-    """Returns the vector in a message, read-only, or None when the message has other fields.
+    """Returns the vector in a message, without `SENDER`, read-only, or None when the message has other fields.
 
     Args:
         message: the message.
         fields: names of the expected fields.
     """
-    if message.dim != len(fields) or list(message.coord) != list(fields):
+    names = list(message.coord)
+    if message.dim != len(names) or names not in (list(fields), [*fields, *SENDER]):
         return None
-    return read_only(np.array(message.val))
+    return read_only(np.array(message.val[: len(fields)]))
+
+
+def sender_of(message: lcmt_drake_signal) -> tuple[float, float]:
+    """Returns the values of `SENDER` in the message of a vector; 0 for what it does not name."""
+    return tuple(message.val[-2:]) if tuple(message.coord[-2:]) == SENDER else (0.0, 0.0)

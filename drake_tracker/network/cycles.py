@@ -1,13 +1,15 @@
-"""Groups messages, which arrive one by one and may be lost, into the sender's cycles."""
+"""Groups messages, which arrive one by one and may be lost, into the cycles of one sender."""
 
-from collections.abc import Collection, Sequence
+import re
+import time
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from drake import lcmt_drake_signal, lcmt_image, lcmt_image_array
 
-from drake_tracker.network.channels import decode_signal
+from drake_tracker.network.channels import decode_signal, sender_of
 
 REORDERED = 6
 """Cycles by which a message may be late or early. A message farther off needs others that agree with it."""
@@ -17,6 +19,12 @@ AGREEING = 3
 """Cycles, one after the other, that must agree before the clock jumps: a single wrong time changes nothing."""
 LATEST_TIME = 1e10
 """Latest time of a sender [s]: clocks that count from 1970 reach it in 2286. Later ones are too coarse as a float."""
+SILENCE = 1.0
+"""Wall time without a message after which a sender counts as silent [s]."""
+_MOST_NAMED = 20
+"""Greatest number of ignored senders that are named."""
+_RUN_OF_IMAGE = re.compile(r".* run ([0-9]{1,10})")
+"""The name of an image's frame, with the identifier of the run."""
 _BYTES_PER_PIXEL = 4
 """RGBA with 8 bits."""
 _OVERHEAD = 4096
@@ -108,6 +116,47 @@ class CycleCollector:
         return cycle
 
 
+class SenderLock:
+    """Follows the first sender that is heard, until that sender is silent. Other senders are named once, and ignored.
+
+    Args:
+        kind: what the senders are, for example "arm".
+        tell: called with each line of news for the user.
+        clock: returns the wall time [s].
+
+    Attributes:
+        sender: identifier of the sender that is followed; None before the first message.
+    """
+
+    def __init__(self, kind: str, tell: Callable[[str], object], clock: Callable[[], float] = time.monotonic) -> None:
+        self._kind, self._tell, self._clock = kind, tell, clock
+        self._heard = 0.0
+        self._named: set[str] = set()
+        self.sender: float | None = None
+
+    def accepts(self, sender: float) -> bool:
+        """Returns whether a message is to be used.
+
+        Args:
+            sender: identifier of its sender; 0 stands for senders that name none.
+        """
+        now = self._clock()
+        if not 0.0 <= sender <= LATEST_TIME or (
+            self.sender is not None and sender != self.sender and now - self._heard <= SILENCE
+        ):
+            self.ignore(sender)
+            return False
+        self.sender, self._heard = sender, now
+        return True
+
+    def ignore(self, sender: float) -> None:
+        """Names a sender whose messages are ignored, unless it was named before."""
+        name = f"{sender:.0f}"
+        if name not in self._named and len(self._named) < _MOST_NAMED:
+            self._named.add(name)
+            self._tell(f"ignoring the messages of another {self._kind} on the bus, {name}")
+
+
 class NotUnderstood(Exception):
     """A message that cannot be used. Its text says why."""
 
@@ -121,8 +170,8 @@ def largest_message(image_size: tuple[int, int] | None) -> int:
     return _OVERHEAD if image_size is None else image_size[0] * image_size[1] * _BYTES_PER_PIXEL + _OVERHEAD
 
 
-def read_vector(data: bytes, fields: Sequence[str]) -> tuple[float, np.ndarray]:
-    """Returns the sender's time [s] and the values of an encoded `lcmt_drake_signal`.
+def read_vector(data: bytes, fields: Sequence[str]) -> tuple[float, np.ndarray, float]:
+    """Returns the sender's time [s], the values, and the identifier of the run, of an encoded `lcmt_drake_signal`.
 
     Args:
         data: the encoded message.
@@ -139,11 +188,11 @@ def read_vector(data: bytes, fields: Sequence[str]) -> tuple[float, np.ndarray]:
     values = decode_signal(message, fields)
     if values is None:
         raise NotUnderstood(f"its fields are not {', '.join(fields)}")
-    return _checked_time(1e-3 * message.timestamp), values
+    return _checked_time(1e-3 * message.timestamp), values, sender_of(message)[0]
 
 
-def read_image(data: bytes, size: tuple[int, int]) -> tuple[float, bytes]:
-    """Returns the capture time [s] of an encoded `lcmt_image_array` with a single image, and its canonical encoding.
+def read_image(data: bytes, size: tuple[int, int]) -> tuple[float, bytes, float]:
+    """Returns (capture time [s], canonical encoding, identifier of the run) of an `lcmt_image_array` with one image.
 
     Args:
         data: the encoded message.
@@ -175,7 +224,8 @@ def read_image(data: bytes, size: tuple[int, int]) -> tuple[float, bytes]:
     )
     if form != known or image.size != row * size[1] or len(image.data) != image.size:
         raise NotUnderstood("the image is not in rows of RGBA with 8 bits, uncompressed")
-    return _checked_time(1e-6 * message.header.utime), canonical
+    run = _RUN_OF_IMAGE.fullmatch(image.header.frame_name)
+    return _checked_time(1e-6 * message.header.utime), canonical, float(run[1]) if run else 0.0
 
 
 def _checked_time(time: float) -> float:

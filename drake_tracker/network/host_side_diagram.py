@@ -6,6 +6,7 @@ from drake import lcmt_image_array
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.lcm import LcmSubscriberSystem
+from pydrake.systems.primitives import PassThrough
 from pydrake.systems.sensors import LcmImageArrayToImages
 
 from drake_tracker.network.channels import (
@@ -14,6 +15,7 @@ from drake_tracker.network.channels import (
     FROM_TRACKER,
     FROM_VISION,
     POINT,
+    SENDER,
     TRACKS,
     Vector,
     channel_of,
@@ -30,11 +32,13 @@ class HostSideDiagram(Diagram):
         input_ports:
         - frame_left
         - frame_right
+        - sender
         output_ports:
         - prediction
 
     - ``frame_left``, ``frame_right``: a `FrameInfo`, which says whether there was an image in this cycle. Without
-      vision there are no inputs.
+      vision there is none of them.
+    - ``sender``: values of `channels.SENDER`: the arm's run, which the host follows, and the host itself.
     - ``prediction``: the host's newest packet, a `Prediction`. All zeros: there is none yet.
 
     The diagram receives images or, without vision, points or tracks. It sends `channels.FROM_HOST` and, with vision,
@@ -93,9 +97,11 @@ class HostSideDiagram(Diagram):
         for port, system in read.items():
             receiver = add_receiver(builder, lcm=incoming, port=port, vector=vectors[port])
             builder.Connect(receiver, system.GetInputPort(port))
+        sender = builder.AddNamedSystem("sender", PassThrough(len(SENDER)))
+        builder.ExportInput(sender.get_input_port(), "sender")
         for port, system in sent.items():
-            sender = add_sender(builder, lcm=outgoing, port=port, vector=vectors[port])
-            builder.Connect(system.GetOutputPort(port), sender)
+            signal = add_sender(builder, lcm=outgoing, port=port, vector=vectors[port], sender=sender.get_output_port())
+            builder.Connect(system.GetOutputPort(port), signal)
         builder.ExportOutput(host.GetOutputPort("prediction"), "prediction")
         builder.BuildInto(self)
 

@@ -10,7 +10,7 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from pydrake.systems.lcm import LcmPublisherSystem, LcmSubscriberSystem, PySerializer
 
-from drake_tracker.network.channels import Vector, channel_of, decode_signal, encode_signal
+from drake_tracker.network.channels import SENDER, Vector, channel_of, decode_signal, encode_signal
 
 
 class SignalEncoder(LeafSystem):
@@ -21,10 +21,12 @@ class SignalEncoder(LeafSystem):
         name: SignalEncoder
         input_ports:
         - signal
+        - sender
         output_ports:
         - message
 
     - ``signal``: a vector with the given fields.
+    - ``sender``: values of `channels.SENDER`. Not connected: the message names no sender.
     - ``message``: an `lcmt_drake_signal` with the Context's time, computed when it is read. There is no state.
 
     Args:
@@ -35,15 +37,17 @@ class SignalEncoder(LeafSystem):
         super().__init__()
         self._fields = tuple(fields)
         self._signal = self.DeclareVectorInputPort("signal", len(self._fields))
+        self._sender = self.DeclareVectorInputPort("sender", len(SENDER))
         self.DeclareAbstractOutputPort(
             "message",
             lambda: AbstractValue.Make(lcmt_drake_signal()),
             self._calc_message,
-            {self._signal.ticket(), self.time_ticket()},
+            {self._signal.ticket(), self._sender.ticket(), self.time_ticket()},
         )
 
     def _calc_message(self, context: Context, output: Any) -> None:
-        output.set_value(encode_signal(self._signal.Eval(context), self._fields, context.get_time()))
+        sender = self._sender.Eval(context) if self._sender.HasValue(context) else ()
+        output.set_value(encode_signal(self._signal.Eval(context), self._fields, context.get_time(), sender))
 
 
 class SignalDecoder(LeafSystem):
@@ -99,7 +103,9 @@ class ForgivingSerializer(PySerializer):
             abstract_value.set_value(unreadable)
 
 
-def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector) -> InputPort:
+def add_sender(
+    builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector, sender: OutputPort | None = None
+) -> InputPort:
     """Adds the Systems that publish a vector on its channel. Returns the input port of the vector.
 
     Args:
@@ -107,6 +113,7 @@ def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vec
         lcm: connection to the bus.
         port: name of the port of `HandEyeDiagram` to which the channel belongs.
         vector: fields, period and offset of the channel.
+        sender: values of `channels.SENDER`, which the messages name; None: they name none.
     """
     encoder = builder.AddNamedSystem(f"{port}_to_message", SignalEncoder(vector.fields))
     publisher = builder.AddNamedSystem(
@@ -116,6 +123,8 @@ def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vec
         ),
     )
     builder.Connect(encoder.GetOutputPort("message"), publisher.get_input_port())
+    if sender is not None:
+        builder.Connect(sender, encoder.GetInputPort("sender"))
     return encoder.GetInputPort("signal")
 
 

@@ -11,14 +11,21 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.point_check import refuse_point
-from drake_tracker.network.channels import POINT, channel_of
-from drake_tracker.network.cycles import Cycle, CycleCollector, NotUnderstood, largest_message, read_image, read_vector
+from drake_tracker.network.channels import POINT, channel_of, new_identifier
+from drake_tracker.network.cycles import (
+    SILENCE,
+    Cycle,
+    CycleCollector,
+    NotUnderstood,
+    SenderLock,
+    largest_message,
+    read_image,
+    read_vector,
+)
 from drake_tracker.network.mailbox import Mailbox
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
 
-SILENCE = 1.0
-"""Wall time without a message after which the arm counts as silent [s]."""
 _MOST_REPORTED = 20
 """Greatest number of different lines about messages that cannot be used."""
 _CAMERA = "camera_"
@@ -60,6 +67,8 @@ class HostProcess:
         self._done = vision_slot(SERVO_SLOT, scenario.time_step)
         self._simulator = Simulator(self._side)
         self._collector = CycleCollector(self._side.heard, VISION_PERIOD)
+        self._identifier = new_identifier()
+        self._arm = SenderLock("arm", tell, clock)
         sizes = {port: largest_message(self._image_sizes.get(port)) for port in self._side.heard}
         self.mailbox = Mailbox(incoming, sizes)
         self._next = 0
@@ -99,9 +108,9 @@ class HostProcess:
         """Adds an encoded message of one port. Returns the cycles that it completes."""
         try:
             if port in self._image_sizes:
-                sent, data = read_image(data, self._image_sizes[port])
+                sent, data, run = read_image(data, self._image_sizes[port])
             else:
-                sent, values = read_vector(data, self._side.fields[port])
+                sent, values, run = read_vector(data, self._side.fields[port])
                 trouble = refuse_point(values, sent, VISION_PERIOD) if port in POINT else None
                 if port not in POINT and not np.isfinite(values).all():
                     raise NotUnderstood("it has a number that is not finite")
@@ -112,6 +121,11 @@ class HostProcess:
             self.counts["not_understood"] += 1
             self._report(f"{channel_of(port)}: ignoring a message: {error}")
             return []
+        known = self._arm.sender
+        if not self._arm.accepts(run):
+            return []
+        if known not in (None, run):  # the next cycle is the first one of another run
+            self._collector = CycleCollector(self._side.heard, VISION_PERIOD)
         return self._collector.put(port, sent, (sent, data))
 
     def _report(self, line: str) -> None:
@@ -144,6 +158,7 @@ class HostProcess:
         """Restarts the host before the cycle with a given number."""
         context = self._side.CreateDefaultContext()
         context.SetTime((number - 0.5) * VISION_PERIOD)
+        self._side.GetInputPort("sender").FixValue(context, [self._arm.sender or 0.0, self._identifier])
         self._simulator.reset_context(context)
         self._say_frames({}, number)
         self._simulator.Initialize()

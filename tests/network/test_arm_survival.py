@@ -14,7 +14,7 @@ from drake_tracker.arm.safety.packet_guard import REASONS, Rejection
 from drake_tracker.core.messages import ArmCommand, Filtered, PacketReport, Prediction, ServoTarget
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.grasp.train.schema import Phase
-from drake_tracker.network.channels import channel_of, encode_signal
+from drake_tracker.network.channels import channel_of, decode_signal, encode_signal
 from drake_tracker.run.host_process import HostProcess
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
@@ -153,7 +153,7 @@ class Meddler:
 
     def _pass_on(self, data):
         message = lcmt_drake_signal.decode(data)
-        packet = np.array(message.val)
+        packet = np.array(decode_signal(message, Prediction.get_fields()))
         if Prediction(packet).valid and 1e-3 * message.timestamp > self.since:
             self.number += 1
             packet = self.spoil(packet, self.number)

@@ -1,11 +1,22 @@
 """The subsystems of the train in two processes that are connected by LCM."""
 
+from collections.abc import Callable
+
 from pydrake.lcm import DrakeLcm
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram, ImageSenderDiagram, RemoteHostDiagram
-from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_TRACKER, FROM_VISION, POINT, TRACKS, vectors
+from drake_tracker.network.channels import (
+    CAMERAS,
+    FROM_HOST,
+    FROM_TRACKER,
+    FROM_VISION,
+    POINT,
+    TRACKS,
+    new_identifier,
+    vectors,
+)
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.registry import require_task
@@ -16,7 +27,7 @@ from drake_tracker.tasks.train.vision import image_vision
 _WHY = "only the train runs in two processes; for the ball, camera and arm find the board together"
 
 
-def make_arm_side(scenario: BaseScenario, lcm: DrakeLcm) -> ArmSideDiagram:
+def make_arm_side(scenario: BaseScenario, lcm: DrakeLcm, tell: Callable[[str], object] = print) -> ArmSideDiagram:
     """Returns the diagram of the arm's process: laboratory, link and arm, which exchange messages with the host.
 
     The link is in this process, so that its losses also apply to packets of a custom host.
@@ -24,18 +35,20 @@ def make_arm_side(scenario: BaseScenario, lcm: DrakeLcm) -> ArmSideDiagram:
     Args:
         scenario: the scenario.
         lcm: connection to the host.
+        tell: called with each line of news for the user.
 
     Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
     setup = resolve_split(scenario)
     known = vectors(scenario.time_step, len(setup.arm.q_start))
+    run = new_identifier()
     if setup.measured:
-        host = RemoteHostDiagram(lcm, TRACKS if setup.several else POINT, FROM_HOST, known)
-        return ArmSideDiagram(build(setup, host=host), lcm, known)
+        host = RemoteHostDiagram(lcm, TRACKS if setup.several else POINT, FROM_HOST, known, run, tell)
+        return ArmSideDiagram(build(setup, host=host), lcm, known, run)
     image_vision(setup)  # raises what would be wrong with the vision in the other process
     heard = FROM_HOST + FROM_VISION + (FROM_TRACKER if setup.several else ())
-    host = RemoteHostDiagram(lcm, (), heard, known)
-    return ArmSideDiagram(build(setup, vision=ImageSenderDiagram(lcm, CAMERAS), host=host), lcm, known)
+    host = RemoteHostDiagram(lcm, (), heard, known, run, tell)
+    return ArmSideDiagram(build(setup, vision=ImageSenderDiagram(lcm, CAMERAS, run), host=host), lcm, known, run)
 
 
 def make_host_side(
