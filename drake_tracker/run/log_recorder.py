@@ -1,5 +1,6 @@
 """Records the vector signals of a run with Drake's loggers, and streams them to a file during the run."""
 
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -24,6 +25,8 @@ OBJECT_STATES = "truth_object_states"
 STREAM_PERIOD = 1.0
 """Simulated time or wall time, whichever is over first, between two records of the stream [s]."""
 _TOOL = ("x", "y", "z", "yaw")
+_COPIES = 3
+"""Greatest number of copies of the log in memory: the loggers', twice as large while it grows, and the saved one."""
 
 
 def add_loggers(
@@ -49,6 +52,27 @@ def add_loggers(
         loggers[name] = LogVectorOutput(port, builder, publish_period=periods[name])
         loggers[name].set_name(f"log_{name}")
     return loggers
+
+
+def require_memory(loggers: Mapping[str, VectorLogSink], task: Task, duration: float) -> None:
+    """Checks that the log of a run fits into the memory of this machine.
+
+    Args:
+        loggers: the return value of `add_loggers`.
+        task: task whose signals are logged.
+        duration: of the run [s].
+
+    Raises DrakeTrackerError with the longest run that fits.
+    """
+    periods = {name: period for name, (period, _) in {**task.signals(), **_body_signals(task)}.items()}
+    numbers = ((log.get_input_port().size() + 1) / periods.get(name, VISION_PERIOD) for name, log in loggers.items())
+    needed = 8.0 * _COPIES * sum(numbers) * duration
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > memory:
+        raise DrakeTrackerError(
+            f"duration: the log of {duration:g} s takes up to {1e-9 * needed:.1f} GB of memory, and this machine has "
+            f"{1e-9 * memory:.1f} GB; at most {duration * memory / needed:.0f} s fit"
+        )
 
 
 def read_log(loggers: Mapping[str, VectorLogSink], root_context: Context, task: Task) -> dict[str, Signal]:

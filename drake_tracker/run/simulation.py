@@ -15,7 +15,7 @@ from drake_tracker.core.log import LOG_FILE, save_log
 from drake_tracker.core.processes.signals import held
 from drake_tracker.core.system_check import require_renderer
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.run.log_recorder import LogStreamer, add_loggers, read_log, tool_signal
+from drake_tracker.run.log_recorder import LogStreamer, add_loggers, read_log, require_memory, tool_signal
 from drake_tracker.run.monitor import Progress, RunMonitor, interrupts
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.recorders import add_recorders
@@ -77,6 +77,7 @@ def simulate(
         builder.AddSystem(hand_eye)
         operator = live.listen(builder, hand_eye) if live is not None else None
         loggers = add_loggers(builder, hand_eye, task, operator)
+        require_memory(loggers, task, scenario.duration)
         if out is not None:
             out = Path(out)
             scenario = _start_directory(out, scenario, task, initialisation)

@@ -164,3 +164,13 @@ def test_a_killed_run_is_read_up_to_the_last_second_and_its_directory_is_not_sha
     assert cli.main(["replay", "run", "--out", "replay"]) == 0
     assert json.loads((tmp_path / "replay" / "replay.json").read_text())["identical"] is True
     assert f"{STREAM_FILE}, up to {end:.1f} s" in capsys.readouterr().err
+
+
+def test_a_log_that_does_not_fit_into_memory_is_refused_before_the_run(tmp_path, monkeypatch):
+    """The log of a train takes 21 MB per simulated minute, and a run may last ten hours."""
+    pages = {"SC_PHYS_PAGES": 1000, "SC_PAGE_SIZE": 4096}
+    monkeypatch.setattr(os, "sysconf", pages.__getitem__)
+    scenario = load_scenario("train:learned", overrides=["vision=!Measured {}"], duration=60.0)
+    with pytest.raises(DrakeTrackerError, match=r"the log of 60 s takes up to .* at most [1-9][0-9]? s fit"):
+        simulate(scenario, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -43,6 +43,8 @@ SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand has not yet begun to descend."""
 CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
 """Phases in which it carries a part, puts it down or comes back."""
+MOST_PARTS = 300
+"""Greatest number of parts in a run. Each is a body of the plant, and with 300 a run takes 20 times the real time."""
 HIGHEST_PART = 0.05
 """Largest height of the origin of a part above the floor of its cell [m]."""
 BESIDE_BELT = 0.02
@@ -73,6 +75,11 @@ def build(setup: ConveyorSetup) -> HandEyeDiagram:
         raise DrakeTrackerError(
             f"{scenario.where('duration')}: no part arrives within {scenario.duration:g} s with seed {scenario.seed}; "
             "choose a longer run, or a larger arrivals.rate"
+        )
+    if len(setup.arrivals) > MOST_PARTS:
+        raise DrakeTrackerError(
+            f"{scenario.where('duration')}: {len(setup.arrivals)} parts arrive within {scenario.duration:g} s, and "
+            f"a run has at most {MOST_PARTS}; run several seeds instead (drake-tracker campaign)"
         )
     builder = DiagramBuilder()
     vision = make_vision(setup)

@@ -57,6 +57,7 @@ def test_an_entry_behind_the_window():
     "changes, words",
     [
         ({"duration": 0.05}, "duration.*no part arrives"),
+        ({"duration": 36000.0}, "duration.*[0-9]+ parts arrive .* at most 300"),
         ({"arrivals.rate": 60.0, "arrivals.gap": 0.4}, "arrivals.rate"),
     ],
 )
