@@ -60,7 +60,7 @@ def mutate(generator, data, count):
 def scaled(generator, number):
     """Returns a number, given as a text, times a factor."""
     value = float(number) * generator.choice([0.0, 0.5, 0.9, 1.1, 2.0, 10.0, 1e3, 1e6, -1.0])
-    return str(int(value)) if number.isdecimal() else repr(value)
+    return str(int(value)) if number.isdecimal() and abs(value) < float("inf") else repr(value)
 
 
 def mutate_yaml(generator, text, count):

@@ -129,3 +129,34 @@ def test_an_estimator_that_cannot_be_told_the_speed_stays_as_it_is():
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_satisfies_the_interface(kind):
     check_estimator(with_speed_change_detection(make_estimator(kind)), kind)
+
+
+def bending(shape):
+    """Returns places and length of a closed path with sharp bends: a function of distances [m], and its length [m]."""
+    u = np.linspace(0.0, 2.0 * np.pi, 4001)
+    radius = 0.12 * (1.0 + 0.16 * np.cos(5.0 * u))
+    x, y = {
+        "ellipse": (0.05 * np.cos(u), 0.15 * np.sin(u)),
+        "five lobes": (radius * np.cos(u), radius * np.sin(u)),
+        "figure eight": (0.08 * np.sin(2.0 * u), 0.15 * np.sin(u)),
+    }[shape]
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    return lambda d: np.column_stack([np.interp(np.asarray(d) % s[-1], s, x), np.interp(np.asarray(d) % s[-1], s, y)])
+
+
+@pytest.mark.parametrize("shape", ["ellipse", "five lobes", "figure eight"])
+def test_a_bend_is_no_change_of_speed(shape):
+    """Each bend once shifted the distance travelled, so that the lap never closed: 170 mm of error 0.75 s ahead."""
+    at, estimator = bending(shape), with_speed_change_detection(make_estimator("closed_path"))
+    times = PERIOD * np.arange(1, round(14.0 / PERIOD))
+    points = np.column_stack([at(SPEED * times), np.full(len(times), 0.485)])
+    points += 0.001 * np.random.default_rng(4).standard_normal(points.shape)
+    state, noticed, errors = estimator.initial_state(), 0, []
+    for stamp, point in zip(times, points, strict=True):
+        state = estimator.update(state, stamp, point)
+        noticed += state.changed is not None
+        if stamp > 12.0:
+            ahead = stamp + np.array([0.75])
+            errors.append(np.hypot(*(estimator.predict(state, ahead)[0, :2] - at(SPEED * ahead)[0])))
+    assert noticed < 4
+    assert np.median(errors) < 0.006

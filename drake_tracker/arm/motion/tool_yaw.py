@@ -14,6 +14,8 @@ FLIP_ANGLE = math.radians(109.0)
 """Joint 6 angle [rad] at which the jaws flip. Beyond it, half a turn back ends nearer to the middle of the range."""
 FLIP_SPEED = 5.0
 """Speed [rad/s] of joint 6 that a flip may use; its rated speed is 5.74 rad/s."""
+WOUND_UP = 0.8
+"""Share of a flip that the path may wind up again. Beyond it, the flip counts on the path to go on turning."""
 FLIP_SHARE = 0.9
 """Fraction of the rated speed of a slower last joint that a flip may use."""
 
@@ -67,13 +69,15 @@ def flip_duration(half_turns: float, yaw_rate: float, speed: float = FLIP_SPEED)
     """Returns the time [s] in which the jaws flip.
 
     A flip mostly unwinds what the path has wound up, so that joint 6 turns with the difference of the two speeds. The
-    path may straighten meanwhile, hence this does not shorten the flip. Where the path has begun to bend the other way,
-    joint 6 turns with their sum, and the flip takes longer.
+    path may straighten meanwhile, hence this shortens the flip only where the path would wind up almost as much during
+    the flip: on a small circle the jaws would flip for ever. Where the path has begun to bend the other way, joint 6
+    turns with the sum of the two speeds, and the flip takes longer.
 
     Args:
         half_turns: half turns of the flip, positive about z_W.
         yaw_rate: turning rate of the path [rad/s].
         speed: of the last joint that the flip may use [rad/s].
     """
-    allowed = speed - max(math.copysign(1.0, half_turns) * yaw_rate, 0.0)
+    wound = -math.copysign(1.0, half_turns) * yaw_rate
+    allowed = speed + (wound if PEAK_OVER_MEAN * wound > WOUND_UP * speed else min(wound, 0.0))
     return PEAK_OVER_MEAN * math.pi * abs(half_turns) / max(allowed, 0.4 * speed)

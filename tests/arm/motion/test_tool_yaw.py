@@ -60,3 +60,15 @@ def test_a_flip_keeps_the_last_joint_within_its_speed(arm_model, half_turns, yaw
         fastest = np.max(np.abs(np.diff(yaw))) / times[1]
         assert fastest < 0.95 * rated + max(-rate * half_turns, 0.0)
     assert duration < (1.3 if rated > 5.0 else 3.7)  # a slow wrist that must also turn with the path takes long
+
+
+@pytest.mark.parametrize("rated, yaw_rate", [(None, 3.33), (None, -4.0), (np.pi, 1.67)])
+def test_on_a_small_circle_a_flip_ends_well_before_the_next_one(arm_model, rated, yaw_rate):
+    """A circle of 60 mm at 0.2 m/s turns by 3.33 rad/s: the jaws once turned over for ever, and nothing was grasped."""
+    rated = rated or arm_model.velocity_limit[5]
+    half_turns = -np.sign(yaw_rate)
+    duration = flip_duration(half_turns, yaw_rate, flip_speed(rated))
+    assert duration < 0.86 * np.pi / abs(yaw_rate)
+    times = np.linspace(0.0, duration, 1001)
+    yaw = yaw_rate * times + half_turns * np.pi * np.array([share_done(t / duration) for t in times])
+    assert np.max(np.abs(np.diff(yaw))) / times[1] < 0.95 * rated
