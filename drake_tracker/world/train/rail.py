@@ -25,7 +25,12 @@ REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is
 
 
 def rail_force(
-    track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0
+    track: Track,
+    state: Sequence[float],
+    target_speed: float,
+    height: float,
+    scale: float = 1.0,
+    near: float = math.nan,
 ) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
@@ -41,21 +46,13 @@ def rail_force(
         height: z_W of O while the train stands on the rail [m].
         scale: length of the train relative to that of its model. The forces grow with its mass and the torque with its
             moment of inertia, so that every train moves alike.
+        near: place of the train a moment ago (see `place_on_rail`) [m].
     """
-    qw, qx, qy, qz, x, y, z, _, _, wz, vx, vy, _ = state
-    # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
-    spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
-    grip = _fade(z - height, LIFT_RANGE) * _fade((spin - tilt) / (spin + tilt), TILT_RANGE)
-    if grip == 0.0:
+    held = _held(track, state, height, near)
+    if held is None:
         return 0.0, 0.0, 0.0
-    heading_x = qw * qw + qx * qx - qy * qy - qz * qz
-    heading_y = 2.0 * (qx * qy + qw * qz)
-    norm = math.hypot(heading_x, heading_y)
-    heading_x, heading_y = heading_x / norm, heading_y / norm
-    s, lateral, tangent_x, tangent_y, curvature = track.locate(x, y, heading_x, heading_y)
-    grip *= _fade(abs(lateral), REACH_RANGE)
-    if grip == 0.0:
-        return 0.0, 0.0, 0.0
+    grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
+    wz, vx, vy = state[9:12]
     if not track.closed:
         remaining = max(track.length - scale * END_MARGIN - s, 0.0)
         target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
@@ -74,6 +71,38 @@ def rail_force(
         push * (drive * tangent_y + side * tangent_x),
         push * (TURNING_SHARE * scale * scale + (1.0 - TURNING_SHARE)) * torque,
     )
+
+
+def place_on_rail(track: Track, state: Sequence[float], height: float, near: float) -> float:
+    """Returns the arc length [m] at which the rail holds a train, NaN where it does not.
+
+    Args:
+        track: as for `rail_force`.
+        state: as for `rail_force`.
+        height: as for `rail_force`.
+        near: the last place, near which the track is searched; NaN to search the whole track.
+    """
+    held = _held(track, state, height, near)
+    return held[3][0] if held else math.nan
+
+
+def _held(
+    track: Track, state: Sequence[float], height: float, near: float
+) -> tuple[float, float, float, tuple[float, float, float, float, float]] | None:
+    """Returns the share of the forces, the heading (x, y) and the place (`Track.locate`); None off the rail."""
+    qw, qx, qy, qz, x, y, z = state[:7]
+    # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
+    spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
+    grip = _fade(z - height, LIFT_RANGE) * _fade((spin - tilt) / (spin + tilt), TILT_RANGE)
+    if grip == 0.0:
+        return None
+    heading_x = qw * qw + qx * qx - qy * qy - qz * qz
+    heading_y = 2.0 * (qx * qy + qw * qz)
+    norm = math.hypot(heading_x, heading_y)
+    heading_x, heading_y = heading_x / norm, heading_y / norm
+    located = track.locate(x, y, heading_x, heading_y, near)
+    grip *= _fade(abs(located[1]), REACH_RANGE)
+    return (grip, heading_x, heading_y, located) if grip > 0.0 else None
 
 
 def _fade(value: float, value_range: tuple[float, float]) -> float:

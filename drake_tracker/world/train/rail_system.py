@@ -18,7 +18,7 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.scene_object import Ride
-from drake_tracker.world.train.rail import rail_force
+from drake_tracker.world.train.rail import place_on_rail, rail_force
 from drake_tracker.world.train.speed_law import (
     check_event,
     check_speed_law,
@@ -44,7 +44,9 @@ class RailSystem(LeafSystem):
     angular velocity [rad/s], velocity [m/s]. ``spatial_forces``: one force [N] and torque [N m] at the body's origin,
     for the plant's port ``applied_spatial_force``. The target speed is a function of time. An event relative to the
     launch adds the input ``launch``, an `ArmCommand`, which may be left unconnected, and a state: the beginning of the
-    first descent [s], infinity before it.
+    first descent [s], infinity before it. The first state is the place of the train on the track at the last plant step
+    [m], near which the track is searched, so that the train keeps to its branch where the track crosses or touches
+    itself. It is NaN while the rail does not hold the train; the whole track is searched then.
 
     Args:
         ride: the track, and how the train runs on it.
@@ -68,26 +70,34 @@ class RailSystem(LeafSystem):
         self.DeclareAbstractOutputPort(
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
         )
+        self._place = self.DeclareDiscreteState([ride.start])
+        self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._follow)
         if waits_for_launch(ride.event):
             self._launch = self.DeclareVectorInputPort("launch", message_size(ArmCommand))
-            self.DeclareDiscreteState([np.inf])
+            self._launched = self.DeclareDiscreteState([np.inf])
             self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._watch_launch)
+
+    def _follow(self, context: Context, values: DiscreteValues) -> None:
+        state, near = self._train_state.Eval(context).tolist(), context.get_discrete_state(self._place).value()[0]
+        values.set_value(self._place, [place_on_rail(self._ride.track, state, self._height, near)])
 
     def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
         descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE
-        before = context.get_discrete_state(0).value()[0]
-        values.set_value(0, [min(before, context.get_time()) if descends else before])
+        before = context.get_discrete_state(self._launched).value()[0]
+        values.set_value(self._launched, [min(before, context.get_time()) if descends else before])
 
     def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
         time = context.get_time()
         event = self._ride.event
-        launched = context.get_discrete_state(0).value()[0] if waits_for_launch(event) else np.inf
+        launched = context.get_discrete_state(self._launched).value()[0] if waits_for_launch(event) else np.inf
         target_speed = speed_at(*self._law, time, self._ride.start_delay) * speed_factor(event, time, launched)
         for fault in self._faults:
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
-        force_x, force_y, torque_z = rail_force(self._ride.track, state, target_speed, self._height, self._ride.scale)
+        near = context.get_discrete_state(self._place).value()[0]
+        track, scale = self._ride.track, self._ride.scale
+        force_x, force_y, torque_z = rail_force(track, state, target_speed, self._height, scale, near)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))

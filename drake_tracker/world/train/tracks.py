@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from drake_tracker.world.train.track_file import read_track_file
 NODE_SPACING = 2e-3  # [m] a chord this long leaves a bend of 0.1 m radius by 5 um
 MAX_NODES = 1000  # bounds the cost of `Track.locate`, which visits every node
 SAMPLES = 20001  # of the exact curve, from which the nodes are taken
+WINDOW = 0.02  # [m] to either side of a known place: no other branch is as near along the track
+LOST = 0.03  # [m] beside the track: a place is no longer known
 HEADING_WEIGHT = 0.05  # [m] a piece of track at right angles counts as this much farther away
 MIN_RADIUS = 0.01  # [m] at 0.2 m/s the train follows such a corner within 0.4 mm and 6 deg, at 0.8 m/s within 6 mm
 NODES_PER_RADIUS = 3  # a bend of fewer nodes per radius is not resolved: 30 mm on a track of 10 m
@@ -47,6 +49,9 @@ class Track:
             steps = steps[:-1]
         self.length = float(steps.sum())
         self._spacing = self.length / len(steps)
+        self._reach = max(round(WINDOW / self._spacing), 2)
+        self._window = np.arange(-self._reach, self._reach + 1)
+        self._beyond_ends: Literal["wrap", "clip"] = "wrap" if self.closed else "clip"
 
         # The chord over two neighbours is parallel to the tangent between them to second order.
         if self.closed:
@@ -105,7 +110,7 @@ class Track:
         return self.locate(x, y, math.cos(heading), math.sin(heading))[:2]
 
     def locate(
-        self, x: float, y: float, heading_x: float, heading_y: float
+        self, x: float, y: float, heading_x: float, heading_y: float, near: float = math.nan
     ) -> tuple[float, float, float, float, float]:
         """As `nearest`, with everything that a rail needs. Returns (s, lateral, tangent_x, tangent_y, curvature).
 
@@ -114,10 +119,24 @@ class Track:
             y: of the point [m].
             heading_x: unit vector of the heading.
             heading_y: the same.
+            near: arc length of a place that the point passed shortly before [m]. Only the track within `WINDOW` of it
+                is searched, so that other branches do not count. The whole track is searched when it is NaN, when the
+                point is beyond the window, or when it is more than `LOST` beside the track.
         """
         cost = self._cost_rows.dot((x, y, heading_x, heading_y))
         cost += self._cost_constant
-        index = int(cost.argmin())
+        if not math.isnan(near):
+            middle = round(near / self._spacing)
+            best = middle - self._reach + int(cost.take(middle + self._window, mode=self._beyond_ends).argmin())
+            best = best if self.closed else min(max(best, 0), len(cost) - 1)
+            if abs(best - middle) < self._reach:
+                found = self._foot(x, y, best % len(cost))
+                if abs(found[1]) <= LOST:
+                    return found
+        return self._foot(x, y, int(cost.argmin()))
+
+    def _foot(self, x: float, y: float, index: int) -> tuple[float, float, float, float, float]:
+        """Returns what `locate` returns, from the node nearest to the point."""
         node_x, node_y, tangent_x, tangent_y, curvature = self._nodes[index]
         dx, dy = x - node_x, y - node_y
         along = dx * tangent_x + dy * tangent_y
