@@ -39,6 +39,7 @@ RESTS_ON = {
     "centroid_speed": _LEARNED,
     "conveyor": _CONVEYOR,
     "conveyor_vision": ("conveyor",),
+    "crossing_tracks": (),
     "dispatch": (),
     "estimation": (),
     "run": (),  # estimation/run.py

@@ -1,5 +1,6 @@
 """Timing and position of the jaws when they closed, measured against ground truth after the run."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.diagnosis.judged_train import FIRST_TRAIN
-from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.episode import train_places, train_pose
 from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.world.train.speed_law import distance_at
 
@@ -71,7 +72,8 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     config = setup.scenario.track
     law = (config.speed_law, config.speed, config.variation)
     gone = np.array([distance_at(*law, t, setup.scenario.train.start_delay) for t in (launch.start, *times)])
-    s, _ = track.nearest(launched[0], launched[1], launched[3])
+    near = train_places(setup, log, launch.start)[-1, 0]
+    s = track.locate(launched[0], launched[1], math.cos(launched[3]), math.sin(launched[3]), near)[0]
     x, y, _ = track.pose(s + gone[1:] - gone[0])
     along, across = _in_hand(hand, x, y)
     fits = (np.abs(across) <= clearance(setup)) & (np.abs(along) <= setup.scenario.train.scale * REACH_ALONG)

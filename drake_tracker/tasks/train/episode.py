@@ -4,6 +4,7 @@ Errors are horizontal, at the centre of the train's body, and split into compone
 of travel.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -13,6 +14,9 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.grasp.train.schema import PROGRAMS, Phase
 from drake_tracker.tasks import episode
 from drake_tracker.tasks.episode import PhaseSpan, during, interpolate_rows
+from drake_tracker.tasks.train.setup import TrainSetup
+from drake_tracker.world.train.plant import TRAIN_HEIGHT
+from drake_tracker.world.train.rail import place_on_rail
 
 
 def phase_spans(log: Mapping[str, Signal], time_step: float = TIME_STEP) -> tuple[PhaseSpan, ...]:
@@ -53,6 +57,26 @@ def train_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -
     yaw = np.unwrap(np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2))
     rows = np.column_stack([truth.view("x", "y", "z"), yaw])
     return interpolate_rows(times, truth.times, rows)
+
+
+def train_places(setup: TrainSetup, log: Mapping[str, Signal], until: float) -> np.ndarray:
+    """Returns the places (s, lateral) of the train on its track at all logged times up to ``until``, shape (n, 2) [m].
+
+    Each is searched near the one before while the rail holds the train, as the rail itself does.
+
+    Args:
+        setup: the resolved scenario of the run.
+        log: {name: Signal} of the run.
+        until: time up to which the train is followed [s].
+    """
+    truth = log["truth_train_state"]
+    times = truth.times[truth.times <= until]
+    track, near = setup.placement
+    places = []
+    for state, (x, y, _, yaw) in zip(truth.data.tolist(), train_pose(log, times)):
+        near = place_on_rail(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near)
+        places.append(track.locate(x, y, math.cos(yaw), math.sin(yaw), near)[:2])
+    return np.array(places).reshape(-1, 2)
 
 
 def errors(log: Mapping[str, Signal], times: np.ndarray, xy: np.ndarray) -> np.ndarray:

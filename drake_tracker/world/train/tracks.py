@@ -20,6 +20,7 @@ HEADING_WEIGHT = 0.05  # [m] a piece of track at right angles counts as this muc
 MIN_RADIUS = 0.01  # [m] at 0.2 m/s the train follows such a corner within 0.4 mm and 6 deg, at 0.8 m/s within 6 mm
 NODES_PER_RADIUS = 3  # a bend of fewer nodes per radius is not resolved: 30 mm on a track of 10 m
 CHORD_ERROR = 0.01  # share of the radius by which nodes this far apart show a bend too tight
+FILE_ERROR = 0.09  # the same for points of a file: every 5 mm, or rounded to 10 um, they show a 10 mm corner as 9.13 mm
 MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside this range the unit of the file is not the metre
 
 
@@ -229,7 +230,7 @@ def make_track(
         raise DrakeTrackerError(f"track kind '{kind}' is unknown; choose one of {', '.join(TRACK_KINDS)}")
     if kind == "csv":
         curve, closed = read_track_file(csv, SAMPLES, closed)
-        return _resample(curve, closed=closed, name=f"track file {csv}")
+        return _resample(curve, closed=closed, name=f"track file {csv}", error=FILE_ERROR)
     name = f"track kind '{kind}'"
     if kind == "random_walk":
         curve = random_walk(
@@ -288,8 +289,11 @@ def _finite(name: str, values: Iterable[float]) -> tuple[float, ...]:
     return values
 
 
-def _resample(curve: np.ndarray, closed: bool, name: str) -> Track:
-    """Returns the `Track` with equally spaced nodes on a finely sampled curve of shape (n, 2)."""
+def _resample(curve: np.ndarray, closed: bool, name: str, error: float = CHORD_ERROR) -> Track:
+    """Returns the `Track` with equally spaced nodes on a finely sampled curve of shape (n, 2).
+
+    Its tightest bend may seem too tight by the share ``error`` of the radius.
+    """
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
     if not MIN_LENGTH <= s[-1] <= MAX_LENGTH:
         raise DrakeTrackerError(f"{name} is {s[-1]:.3g} m long; {MIN_LENGTH} to {MAX_LENGTH} m are allowed")
@@ -298,10 +302,11 @@ def _resample(curve: np.ndarray, closed: bool, name: str) -> Track:
     points = np.column_stack([np.interp(nodes, s, curve[:, axis]) for axis in (0, 1)])
     track = Track(points[:-1] if closed else points, closed)
     needed = max(MIN_RADIUS, NODES_PER_RADIUS * float(nodes[1]))
-    if track.min_radius() < (1.0 - CHORD_ERROR) * needed:
+    radius, least = round(1e3 * track.min_radius(), 2), round(1e3 * (1.0 - error) * needed, 2)  # [mm] as printed
+    if radius < least:
         x, y, _ = track.pose(np.abs(track.curvature(nodes)).argmax() * nodes[1])
         raise DrakeTrackerError(
-            f"{name} bends with a radius of {1e3 * track.min_radius():.0f} mm at x = {x:.3f}, y = {y:.3f} m;"
-            f" at least {1e3 * needed:.0f} mm are needed"
+            f"{name} bends with a radius of {radius:.2f} mm at x = {x:.3f}, y = {y:.3f} m; at least {1e3 * needed:.0f} mm"
+            f" are needed ({least:.2f} mm with a tolerance of {100 * error:.0f} %)"
         )
     return track

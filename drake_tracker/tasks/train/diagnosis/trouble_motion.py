@@ -11,7 +11,7 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.train.diagnosis.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.diagnosis.trouble import Cause, Trouble, stretches, troubles
-from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.episode import train_places, train_pose
 from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.tasks.train.track_placement import last_place
 from drake_tracker.world.train.speed_law import speed_at
@@ -51,10 +51,10 @@ def motion_troubles(setup: TrainSetup, log: Log, until: float) -> list[Trouble]:
     times = truth.times[seen]
     if len(times) == 0 or FIRST_TRAIN in log:
         return []
-    x, y, _, yaw = train_pose(log, times).T
+    yaw = train_pose(log, times)[:, 3]
     vx, vy = truth.view("vx", "vy")[seen].T
     track, _ = setup.placement
-    places = np.array([track.nearest(*place) for place in zip(x, y, yaw)])
+    places = train_places(setup, log, until)[seen[truth.times <= until]]
     lift = np.interp(times, verdict.times, verdict["lift"])
     law = (setup.scenario.track.speed_law, setup.scenario.track.speed, setup.scenario.track.variation)
     wanted = np.array([speed_at(*law, time, setup.scenario.train.start_delay) for time in times])
