@@ -12,8 +12,8 @@ of the task: plant, rail and wheels. Kinds of tracks, in turns:
 
 A jump is a step of the place on the track, from image to image, backwards or of more than twice the distance that the
 speed allows, a place that differs by more than 50 mm from the distance that the train has covered, or a train more than
-10 mm beside its track. (The train passes corners up to 1 mm outside, which adds some 30 mm to 2 m.) ``memoryless`` counts the tracks on which a search of the whole track, for the same true poses,
-steps back or ahead in this way.
+10 mm beside its track. (The train passes corners up to 1 mm outside, which adds some 30 mm to 2 m.) ``memoryless``
+counts the tracks on which a search of the whole track, for the same true poses, steps back or ahead in this way.
 """
 
 import argparse
@@ -122,8 +122,8 @@ def drawn(kind, rng, file):
             assert kind != "walk", "its corners are allowed"
 
 
-def travel(track, speed):
-    """Simulates a train for the length of its track. Returns rows (time, place, x, y, heading, speed) per image."""
+def travel(track, speed, share=1.0):
+    """Simulates a train for a share of its track. Returns rows (time, place, x, y, heading, speed) per image."""
     builder = DiagramBuilder()
     plant, _ = add_plant(builder, time_step=TIME_STEP)
     add_table(plant, height=TABLE)
@@ -135,7 +135,7 @@ def travel(track, speed):
     root = simulator.get_context()
     rows = []
     for k in itertools.count():
-        if k * VISION_PERIOD > track.length / speed:
+        if k * VISION_PERIOD > share * track.length / speed:
             return np.array(rows)
         simulator.AdvanceTo(k * VISION_PERIOD)
         qw, _, _, qz, x, y, _, _, _, _, vx, vy, _ = plant.get_state_output_port(train).Eval(

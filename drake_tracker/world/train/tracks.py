@@ -306,7 +306,7 @@ def _resample(curve: np.ndarray, closed: bool, name: str, error: float = CHORD_E
     if radius < least:
         x, y, _ = track.pose(np.abs(track.curvature(nodes)).argmax() * nodes[1])
         raise DrakeTrackerError(
-            f"{name} bends with a radius of {radius:.2f} mm at x = {x:.3f}, y = {y:.3f} m; at least {1e3 * needed:.0f} mm"
-            f" are needed ({least:.2f} mm with a tolerance of {100 * error:.0f} %)"
+            f"{name} bends with a radius of {radius:.2f} mm at x = {x:.3f}, y = {y:.3f} m;"
+            f" at least {1e3 * needed:.0f} mm are needed ({least:.2f} mm with a tolerance of {100 * error:.0f} %)"
         )
     return track

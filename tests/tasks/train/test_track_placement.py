@@ -99,6 +99,18 @@ def test_a_csv_is_used_unchanged(tmp_path):
         assert track.points.mean(axis=0) == pytest.approx([0.55, 0.02], abs=2e-3)
 
 
+def test_a_csv_may_cross_and_touch_itself(tmp_path):
+    """Two laps, 2 mm apart, which cross at a small angle, and a loop that crosses them at right angles."""
+    angle = np.linspace(0.0, 4 * np.pi, 200, endpoint=False)
+    radius = 0.14 + 0.001 * np.cos(0.5 * angle)
+    laps = np.column_stack([0.56 + radius * np.cos(angle), radius * np.sin(angle)])
+    eight = np.column_stack([0.56 + 0.1 * np.sin(angle), 0.16 * np.sin(0.5 * angle)])
+    for name, points in (("laps", laps), ("eight", eight)):
+        file = tmp_path / f"{name}.csv"
+        file.write_text("x,y\n" + "\n".join(f"{x:.6f},{y:.6f}" for x, y in points))
+        assert check("track.kind=csv", f"track.csv={file}").closed
+
+
 def line(*overrides, seed=3):
     return load_scenario("train:line", seed=seed, overrides=overrides)
 

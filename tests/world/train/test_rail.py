@@ -9,6 +9,7 @@ from drake_tracker.world.train.rail import (
     LATERAL_STIFFNESS,
     YAW_LIMIT,
     YAW_STIFFNESS,
+    place_on_rail,
     rail_force,
 )
 from drake_tracker.world.train.tracks import make_track
@@ -92,3 +93,22 @@ def test_on_a_curve_the_damper_expects_the_train_to_turn():
     assert rail_force(circle, turning, 0.2, HEIGHT) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
     rigid = state(x=x, y=y, yaw=heading, velocity=along)
     assert rail_force(circle, rigid, 0.2, HEIGHT)[2] == pytest.approx(0.06 * 0.2 / 0.12, rel=1e-2)
+
+
+def test_the_rail_holds_a_train_where_it_was_before():
+    """In the middle of an eight, with the heading half-way between the two branches."""
+    eight = make_track("figure_eight", centre=(0.0, 0.0))
+    first, second = 0.0, 0.5 * eight.length
+    middle = 0.5 * (eight.pose(first)[2] + math.remainder(eight.pose(second)[2], 2 * math.pi))
+    for near in (first, second):
+        standing = state(x=0.0, y=0.0, yaw=middle)
+        assert math.remainder(place_on_rail(eight, standing, HEIGHT, near) - near, eight.length) == pytest.approx(
+            0.0, abs=1e-3
+        )
+        torque = rail_force(eight, standing, 0.0, HEIGHT, near=near)[2]
+        assert math.sin(eight.pose(near)[2] - middle) * torque > 0.0, "it turns towards its own branch"
+
+
+@pytest.mark.parametrize("values", [{"z": HEIGHT + 0.004}, {"x": 0.55}])
+def test_there_is_no_place_off_the_rail(values):
+    assert math.isnan(place_on_rail(LINE, state(**values), HEIGHT, 0.45))

@@ -2,6 +2,7 @@
 
 import math
 
+import crossing_tracks
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -60,7 +61,7 @@ class Travel:
         self.plant.Finalize()
         self.train = self.plant.GetModelInstanceByName("train")
         self.track = track
-        self.rail = add_rail(builder, plant=self.plant, train=self.train, ride=Ride(track, **law), height=HEIGHT)
+        self.rail = add_rail(builder, plant=self.plant, train=self.train, ride=Ride(track, start, **law), height=HEIGHT)
         diagram = builder.Build()
         self.simulator = Simulator(diagram)
         self.context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
@@ -85,6 +86,14 @@ class Travel:
             error = math.remainder(yaw - self.track.pose(s)[2], 2 * math.pi)
             rows.append([self.simulator.get_context().get_time(), s, lateral, error, math.hypot(vx, vy), z])
         return np.array(rows)
+
+    def place(self):
+        return self.rail.GetMyContextFromRoot(self.simulator.get_context()).get_discrete_state(0).value()[0]
+
+    def set_down(self, x, y, heading, z=HEIGHT):
+        context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+        pose = RigidTransform(RollPitchYaw(0.0, 0.0, heading), [x, y, z])
+        self.plant.SetFreeBodyPose(context, self.plant.GetBodyByName("body"), pose)
 
     def spatial_force(self):
         context = self.rail.GetMyContextFromRoot(self.simulator.get_context())
@@ -135,6 +144,49 @@ def test_it_follows_a_random_walk_and_stops_at_its_end(speed, aside, turned):
     assert np.abs(ride[:, 5] - HEIGHT).max() < 1e-3
     assert np.diff(ride[:, 1]).min() > -1e-4 and ride[-1, 1] == pytest.approx(track.length - 0.06, abs=2e-3)
     assert ride[-1, 4] < 5e-3
+
+
+@pytest.mark.parametrize("kind, seed", [("walk", 4), ("figure eight", 1), ("Lissajous", 2), ("double loop", 3)])
+def test_it_keeps_to_its_branch_where_a_track_crosses_or_touches_itself(kind, seed, tmp_path):
+    track = crossing_tracks.drawn(kind, np.random.default_rng([seed]), tmp_path / "track.csv")
+    found = crossing_tracks.judged(track, 0.35, crossing_tracks.travel(track, 0.35, share=0.6))
+    assert found["jumps"] == 0 and found["aside_mm"] < 3.0
+    if kind == "walk":
+        assert found["memoryless"] > 0, "the nearest of all branches is often another one"
+
+
+def test_a_copy_of_a_context_continues_in_the_same_way():
+    track = make_track("figure_eight", centre=(0.0, 0.0))
+    ride = Travel(track, start=0.2, speed=0.2)
+    ride.to(0.5)
+    copy = Simulator(ride.simulator.get_system(), ride.simulator.get_context().Clone())
+    copy.AdvanceTo(0.7)
+    ride.to(0.7)
+    get = ride.simulator.get_system().GetMutableSubsystemContext
+    states = [get(ride.plant, sim.get_mutable_context()) for sim in (copy, ride.simulator)]
+    first, second = (ride.plant.get_state_output_port(ride.train).Eval(context) for context in states)
+    np.testing.assert_array_equal(first, second)
+    places = [
+        ride.rail.GetMyContextFromRoot(sim.get_context()).get_discrete_state(0).value()[0]
+        for sim in (copy, ride.simulator)
+    ]
+    assert places[0] == places[1] == pytest.approx(0.2 + 0.7 * 0.2, abs=0.02)
+
+
+def test_a_train_that_is_lifted_or_set_elsewhere_is_found_again():
+    track = make_track("stadium", centre=(0.0, 0.0))
+    ride = Travel(track, start=0.1, speed=0.0)
+    ride.to(0.05)
+    x, y, heading = track.pose(0.6)
+    ride.set_down(x, y, heading, z=HEIGHT + 0.05)
+    ride.to(0.06, period=TIME_STEP)
+    assert math.isnan(ride.place())
+    ride.set_down(x, y, heading)
+    ride.to(0.07, period=TIME_STEP)
+    assert ride.place() == pytest.approx(0.6, abs=1e-3)
+    ride.set_down(*track.pose(0.3))  # without being lifted
+    ride.to(0.08, period=TIME_STEP)
+    assert ride.place() == pytest.approx(0.3, abs=1e-3)
 
 
 def test_it_draws_a_train_set_beside_it_onto_it():
