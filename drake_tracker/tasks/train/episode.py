@@ -69,10 +69,8 @@ def train_places(setup: TrainSetup, log: Mapping[str, Signal], until: float) -> 
         log: {name: Signal} of the run.
         until: time up to which the train is followed [s].
     """
-    truth = log["truth_train_state"]
+    truth, (track, near), places = log["truth_train_state"], setup.placement, []
     times = truth.times[truth.times <= until]
-    track, near = setup.placement
-    places = []
     for state, (x, y, _, yaw) in zip(truth.data.tolist(), train_pose(log, times)):
         near = place_on_rail(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near)
         places.append(track.locate(x, y, math.cos(yaw), math.sin(yaw), near)[:2])

@@ -25,12 +25,7 @@ REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is
 
 
 def rail_force(
-    track: Track,
-    state: Sequence[float],
-    target_speed: float,
-    height: float,
-    scale: float = 1.0,
-    near: float = math.nan,
+    track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0, near: float = math.nan
 ) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 
@@ -52,7 +52,6 @@ class Track:
         self._spacing = self.length / len(steps)
         self._reach = max(round(WINDOW / self._spacing), 2)
         self._window = np.arange(-self._reach, self._reach + 1)
-        self._beyond_ends: Literal["wrap", "clip"] = "wrap" if self.closed else "clip"
 
         # The chord over two neighbours is parallel to the tangent between them to second order.
         if self.closed:
@@ -128,7 +127,8 @@ class Track:
         cost += self._cost_constant
         if not math.isnan(near):
             middle = round(near / self._spacing)
-            best = middle - self._reach + int(cost.take(middle + self._window, mode=self._beyond_ends).argmin())
+            nearby = cost.take(middle + self._window, mode="wrap" if self.closed else "clip")
+            best = middle - self._reach + int(nearby.argmin())
             best = best if self.closed else min(max(best, 0), len(cost) - 1)
             if abs(best - middle) < self._reach:
                 found = self._foot(x, y, best % len(cost))
@@ -290,10 +290,7 @@ def _finite(name: str, values: Iterable[float]) -> tuple[float, ...]:
 
 
 def _resample(curve: np.ndarray, closed: bool, name: str, error: float = CHORD_ERROR) -> Track:
-    """Returns the `Track` with equally spaced nodes on a finely sampled curve of shape (n, 2).
-
-    Its tightest bend may seem too tight by the share ``error`` of the radius.
-    """
+    """Returns the `Track` on a finely sampled curve, shape (n, 2), in which radii may seem too small by ``error``."""
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
     if not MIN_LENGTH <= s[-1] <= MAX_LENGTH:
         raise DrakeTrackerError(f"{name} is {s[-1]:.3g} m long; {MIN_LENGTH} to {MAX_LENGTH} m are allowed")
