@@ -76,6 +76,7 @@ PLANS = {
     "train:interlaced": Plan(0, 3.0),
     "train:literal": Plan(0, 3.0),
     "train:line": Plan(0, 5.0),
+    "train:line_guided": Plan(0, 3.8),
     "train:two": Plan(0, 4.0),
     "train:visitor": Plan(0, 4.0),
     "train:wrist": Plan(0, 3.3),

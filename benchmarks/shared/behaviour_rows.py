@@ -55,6 +55,7 @@ RESTS_ON = {
     "footage": (),
     "fuzz": (),
     "grasp_map": _of_estimator,
+    "hard_paths": lambda row: (row["scenario"],),
     "latency": (),
     "live_cost": _LEARNED,
     "measured_vision": _of_estimator,

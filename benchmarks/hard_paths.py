@@ -1,0 +1,170 @@
+"""Measures how often the train is lifted on tracks with sharp bends, and on a line that it passes once.
+
+    python benchmarks/hard_paths.py                    every cell, 40 runs each; resumes
+    python benchmarks/hard_paths.py --kind bends --seeds 1 --results /tmp/try.jsonl
+    python benchmarks/hard_paths.py --rendered         a quarter of the runs with cameras
+
+``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
+`train:guided` within 60 s. ``line``: `train:line_guided`, whose train passes once. Measured vision, whose error is
+the error of the camera loop. The published seeds are 73000 and above; nothing was chosen on them. Each run becomes a
+line of ``results/hard_paths.jsonl`` as soon as it ends.
+"""
+
+import argparse
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from result_tables.hard_path_tables import describe, hard_paths_table
+from shared import common
+from shared.common import append_results, print_table
+from shared.stored import read_lines
+
+from drake_tracker.campaign.plan import Lost
+from drake_tracker.core.errors import MachineError
+from drake_tracker.run.options import RunOptions
+from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
+
+FIRST_SEED = 73000
+RESULTS = common.RESULTS / "hard_paths.jsonl"
+KEPT = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s")
+KEPT = (*KEPT, "package_versions", "git_commit")
+SPACING = 0.002
+"""Distance of the points of a file [m]."""
+MEASURED = {
+    "train:learned": "!Measured {}",
+    "train:guided": "!Measured {method: !SeveralObjects {}, outline: box}",
+    "train:line_guided": "!Measured {method: !SeveralObjects {}, outline: box, "
+    "work_volume: [[0.44, -0.50, 0.45], [0.68, 0.50, 0.51]]}",
+}
+"""{scenario: its vision without images}."""
+
+
+def ellipse(a, b):
+    """Returns points of an ellipse with semi-axes a and b, shape (n, 2) [m]."""
+    u = np.linspace(0.0, 2.0 * np.pi, 2001)[:-1]
+    return np.column_stack([a * np.cos(u), b * np.sin(u)])
+
+
+def lobes(number, depth, radius):
+    """Returns points of a circle with lobes, shape (n, 2) [m]."""
+    u = np.linspace(0.0, 2.0 * np.pi, 2001)[:-1]
+    r = radius * (1.0 + depth * np.cos(number * u))
+    return np.column_stack([r * np.cos(u), r * np.sin(u)])
+
+
+def rounded(corners, radius):
+    """Returns points of a polygon, listed anticlockwise, with rounded corners, shape (n, 2) [m]."""
+    corners, arcs = np.array(corners), []
+    for before, corner, after in zip(np.roll(corners, 1, axis=0), corners, np.roll(corners, -1, axis=0), strict=True):
+        to_before, to_after = ((p - corner) / np.linalg.norm(p - corner) for p in (before, after))
+        half = 0.5 * np.arccos(to_before @ to_after)
+        centre = corner + (to_before + to_after) / np.linalg.norm(to_before + to_after) * radius / np.sin(half)
+        first, last = (corner + side * radius / np.tan(half) - centre for side in (to_before, to_after))
+        begin, turn = np.arctan2(first[1], first[0]), np.arctan2(np.cross(first, last), first @ last)
+        angles = begin + np.linspace(0.0, turn, 40)
+        arcs.append(centre + radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    return np.vstack(arcs)
+
+
+def peanut():
+    """Returns points of a track with two lobes and a waist, shape (n, 2) [m]."""
+    u = np.linspace(0.0, 2.0 * np.pi, 2001)[:-1]
+    return np.column_stack(
+        [(0.09 - 0.035 * np.cos(2 * u)) * np.cos(u), 1.5 * (0.09 - 0.055 * np.cos(2 * u)) * np.sin(u)]
+    )
+
+
+def lissajous():
+    """Returns points of a figure that crosses itself, shape (n, 2) [m]."""
+    u = np.linspace(0.0, 2.0 * np.pi, 2001)[:-1]
+    return np.column_stack([0.08 * np.sin(2 * u), 0.15 * np.sin(u)])
+
+
+FAMILIES = {
+    "ellipse": ellipse(0.07, 0.15),
+    "circle": ellipse(0.06, 0.06),
+    "five lobes": lobes(5, 0.10, 0.12),
+    "three lobes": lobes(3, 0.22, 0.12),
+    "peanut": peanut(),
+    "triangle": rounded([(-0.10, -0.12), (0.12, 0.0), (-0.10, 0.12)], 0.035),
+    "ell": rounded([(-0.10, -0.12), (0.10, -0.12), (0.10, -0.01), (0.01, -0.01), (0.01, 0.12), (-0.10, 0.12)], 0.035),
+    "lissajous": lissajous(),
+}
+"""{name of a family: its points around the centre of the track [m]}; the sharpest bends have 28 to 60 mm."""
+
+
+def write_track(family, folder):
+    """Writes the file of a family of tracks. Returns its path."""
+    points = FAMILIES[family] + np.array([0.56, 0.0])
+    closed = np.vstack([points, points[:1]])
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    places = np.linspace(0.0, s[-1], int(s[-1] / SPACING) + 1)[:-1]
+    rows = np.column_stack([np.interp(places, s, column) for column in closed.T])
+    path = Path(folder) / f"{family.replace(' ', '_')}.csv"
+    np.savetxt(path, rows, delimiter=",", header="x,y", comments="", fmt="%.5f")
+    return path
+
+
+def all_jobs(kinds, seeds, rendered):
+    """Returns (kind, scenario, family, speed, seed, rendered) of every run, seed by seed."""
+    jobs = []
+    for number in range(seeds):
+        if "bends" in kinds:
+            for scenario in ("train:learned", "train:guided"):
+                jobs += [
+                    ("bends", scenario, family, speed, FIRST_SEED + number, rendered)
+                    for speed in (0.15, 0.20)
+                    for family in FAMILIES
+                ]
+        if "line" in kinds:  # as many runs as of all families of bends
+            jobs += [
+                ("line", "train:line_guided", "line", speed, FIRST_SEED + number * len(FAMILIES) + k, rendered)
+                for speed in (0.1, 0.2, 0.3)
+                for k in range(len(FAMILIES))
+            ]
+    return jobs
+
+
+def run_one(job):
+    """Runs one trial in a worker; returns its line, or `Lost`."""
+    kind, name, family, speed, seed, rendered = job
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            overrides = [f"track.speed={speed}", *([] if rendered else [f"vision={MEASURED[name]}"])]
+            if kind == "bends":
+                overrides += ["duration=60", "track.kind=csv", f"track.csv={write_track(family, folder)}"]
+            scenario = load_scenario(name, seed=seed, overrides=overrides)
+            summary = simulate(scenario, None, RunOptions(record=False, stop_when_over=True))
+    except (MachineError, MemoryError, OSError) as error:
+        return Lost(f"{type(error).__name__}: {error}")
+    keys = ("kind", "scenario", "family", "speed", "seed", "rendered")
+    return {**dict(zip(keys, job, strict=True)), **{key: summary.get(key) for key in KEPT}}
+
+
+def key_of(row):
+    """Returns the job of a line."""
+    return tuple(row[key] for key in ("kind", "scenario", "family", "speed", "seed", "rendered"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kind", default="bends,line", help="names separated by commas")
+    parser.add_argument("--seeds", type=int, default=5, help="runs per family (default 5)")
+    parser.add_argument("--rendered", action="store_true", help="with cameras")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
+    options = parser.parse_args()
+    kinds = options.kind.split(",")
+    if not set(kinds) <= {"bends", "line"}:
+        parser.error(f"--kind {options.kind}: there are bends and line")
+    done = {key_of(row) for row in read_lines(options.results)}
+    jobs = [job for job in all_jobs(kinds, options.seeds, options.rendered) if job not in done]
+    append_results(run_one, jobs, options.results, options.workers, describe)
+    print_table(*hard_paths_table(read_lines(options.results)))
+
+
+if __name__ == "__main__":
+    main()
