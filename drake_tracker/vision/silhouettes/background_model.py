@@ -168,9 +168,10 @@ class BackgroundModel:
             state = self._find_motion(state, image, gain, motion_threshold)
         threshold = max(settings.threshold, settings.noise_factor * state.noise)
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
-        if cv2.countNonZero(state.known) < state.known.size:
+        unknown = self._within(cv2.bitwise_not(state.known), hidden)
+        if cv2.countNonZero(unknown):
             here = self._moving_objects(state, image, gain, motion_threshold)
-            cv2.copyTo(here, cv2.bitwise_not(state.known), mask)
+            cv2.copyTo(here, unknown, mask)
         mask = opened(self._within(mask, hidden))
         mask = self._without_shadows(mask, state.known, image, picture)
         newest = ((image, gain), *state.newest)[:2]
