@@ -23,7 +23,7 @@ def pool(workers: int) -> Runner:
 
     def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:
         # Each worker has a core of its own, and more threads slow it down.
-        variables = {"LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        variables = dict.fromkeys(("LP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1")
         if not has_spare_processors(workers):
             variables[VARIABLE] = os.environ.get(VARIABLE, "0")
         with _environment(variables):

@@ -11,6 +11,7 @@ from drake_tracker.commands.common import (
     SUCCESS,
     Commands,
     add_command,
+    one_thread,
     quiet_drake,
     run_directory,
     warn,
@@ -139,8 +140,7 @@ def execute(options: Namespace) -> int:
 
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
-    import cv2
-
+    one_thread()
     from drake_tracker.core.files.mcap_file import need_mcap
     from drake_tracker.core.progress import Progress
     from drake_tracker.own_cameras.filtered import describe_accuracy, describe_filtered, describe_object
@@ -152,7 +152,6 @@ def execute(options: Namespace) -> int:
     quiet_drake()
     if options.mcap:
         need_mcap(MCAP_FILE)
-    cv2.setNumThreads(1)  # the images are too small for threads, and other images are decoded meanwhile
     if options.pick:
         if options.roi or options.follow:
             raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")

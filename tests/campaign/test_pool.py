@@ -10,7 +10,7 @@ from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.run import chooses_rendering
 from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
-NAMES = (VARIABLE, "LP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+NAMES = (VARIABLE, "LP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 
 
 def variables(job):
@@ -23,11 +23,12 @@ def variables(job):
 def test_trials_render_beside_the_simulation_only_on_spare_processors(monkeypatch, processors, variable, expected):
     monkeypatch.setattr(pool_module, "processors", lambda: processors)
     monkeypatch.delenv(VARIABLE, raising=False)
-    monkeypatch.delenv("LP_NUM_THREADS", raising=False)
+    for name in NAMES[1:]:
+        monkeypatch.delenv(name, raising=False)
     if variable:
         monkeypatch.setenv(VARIABLE, variable)
     ((_, found),) = pool(2)(variables, [1])
-    assert found == [expected, "1", "1"]
+    assert found == [expected, "1", "1", "1"]
     assert os.environ.get(VARIABLE) == variable and "LP_NUM_THREADS" not in os.environ
 
 
