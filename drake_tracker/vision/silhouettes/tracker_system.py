@@ -30,6 +30,8 @@ from drake_tracker.vision.silhouettes.target import Reason, choose_target, make_
 from drake_tracker.vision.silhouettes.track_3d import Track3D
 from drake_tracker.vision.silhouettes.tracker import Expected, Tracker, TrackerState
 
+_UPPER = np.triu_indices(3)
+
 
 @dataclass(frozen=True, eq=False)
 class TrackerMemory(FrozenState):
@@ -183,7 +185,6 @@ def pack_tracks(state: TrackerState, target: int, no_target: Reason = Reason.NO_
     header = TrackPoints(message)
     header.stamp, header.target, header.overflow, header.valid = state.stamp, target, state.overflow, 1.0
     header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable, no_target)
-    upper = np.triu_indices(3)
     for row, track in zip(message_rows(message, TRACK_FIELDS), tracks):
         measured = track.measurement
         p_WQ, covariance = (
@@ -191,7 +192,7 @@ def pack_tracks(state: TrackerState, target: int, no_target: Reason = Reason.NO_
         )
         gap = 0.0 if measured is None else measured.gap
         row[:] = [
-            *(track.number, track.state, *p_WQ, *covariance[upper], *track.mean[3:], gap, track.seen),
+            *(track.number, track.state, *p_WQ, *covariance[_UPPER], *track.mean[3:], gap, track.seen),
             *(track.shape.dimensions.max(), *track.colour),
             *(track.shape.heading, float(track.shape.resting)),
         ]

@@ -24,6 +24,10 @@ TILT_RANGE = (0.985, 0.966)  # cosine: 10 and 15 deg
 REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is not drawn back onto it
 
 
+Held = tuple[float, float, float, tuple[float, float, float, float, float]]
+"""Share of the forces of a train that the rail holds, its heading (x, y), and its place as from `Track.locate`."""
+
+
 def rail_force(
     track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0, near: float = math.nan
 ) -> tuple[float, float, float]:
@@ -43,7 +47,13 @@ def rail_force(
             moment of inertia, so that every train moves alike.
         near: place of the train a moment ago (see `place_on_rail`) [m].
     """
-    held = _held(track, state, height, near)
+    return held_force(track, held_on_rail(track, state, height, near), state, target_speed, scale)
+
+
+def held_force(
+    track: Track, held: Held | None, state: Sequence[float], target_speed: float, scale: float
+) -> tuple[float, float, float]:
+    """As `rail_force`, with the return value of `held_on_rail`."""
     if held is None:
         return 0.0, 0.0, 0.0
     grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
@@ -77,14 +87,12 @@ def place_on_rail(track: Track, state: Sequence[float], height: float, near: flo
         height: as for `rail_force`.
         near: the last place, near which the track is searched; NaN to search the whole track.
     """
-    held = _held(track, state, height, near)
+    held = held_on_rail(track, state, height, near)
     return held[3][0] if held else math.nan
 
 
-def _held(
-    track: Track, state: Sequence[float], height: float, near: float
-) -> tuple[float, float, float, tuple[float, float, float, float, float]] | None:
-    """Returns the share of the forces, the heading (x, y) and the place (`Track.locate`); None off the rail."""
+def held_on_rail(track: Track, state: Sequence[float], height: float, near: float) -> Held | None:
+    """Returns how the rail holds a train, None off the rail; see `place_on_rail`."""
     qw, qx, qy, qz, x, y, z = state[:7]
     # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
     spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy

@@ -11,14 +11,14 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
 )
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
-from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort, ValueProducer
 
 from drake_tracker.core.messages import ArmCommand, Frozen, message_size
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.scene_object import Ride
-from drake_tracker.world.train.rail import place_on_rail, rail_force
+from drake_tracker.world.train.rail import held_force, held_on_rail
 from drake_tracker.world.train.speed_law import (
     check_event,
     check_speed_law,
@@ -71,15 +71,23 @@ class RailSystem(LeafSystem):
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
         )
         self._place = self.DeclareDiscreteState([ride.start])
+        # The place is searched once for a step: the update and the forces of an instant both read it.
+        producer = ValueProducer(lambda: AbstractValue.Make(object()), self._calc_held)
+        sources = {self._train_state.ticket(), self.discrete_state_ticket(self._place)}
+        self._held = self.DeclareCacheEntry("held", producer, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._follow)
         if waits_for_launch(ride.event):
             self._launch = self.DeclareVectorInputPort("launch", message_size(ArmCommand))
             self._launched = self.DeclareDiscreteState([np.inf])
             self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._watch_launch)
 
-    def _follow(self, context: Context, values: DiscreteValues) -> None:
+    def _calc_held(self, context: Context, output: AbstractValue) -> None:
         state, near = self._train_state.Eval(context).tolist(), context.get_discrete_state(self._place).value()[0]
-        values.set_value(self._place, [place_on_rail(self._ride.track, state, self._height, near)])
+        output.set_value(held_on_rail(self._ride.track, state, self._height, near))
+
+    def _follow(self, context: Context, values: DiscreteValues) -> None:
+        held = self._held.Eval(context)
+        values.set_value(self._place, [held[3][0] if held else np.nan])
 
     def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
         descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE
@@ -95,9 +103,8 @@ class RailSystem(LeafSystem):
         for fault in self._faults:
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
-        near = context.get_discrete_state(self._place).value()[0]
-        track, scale = self._ride.track, self._ride.scale
-        force_x, force_y, torque_z = rail_force(track, state, target_speed, self._height, scale, near)
+        held = self._held.Eval(context)
+        force_x, force_y, torque_z = held_force(self._ride.track, held, state, target_speed, self._ride.scale)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
