@@ -69,31 +69,37 @@ class SetPointSplineSystem(LeafSystem):
         state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(new)
 
     def _calc_state(self, context: Context, output: Any) -> None:
-        a, b, c, sampled = self._points(context)
+        first, second, third, sampled = self._points(context)
         t = min((context.get_time() - sampled) / self._period, 1.0)
-        step, bow = b - a, a - 2.0 * b + c
-        q = 0.5 * (a + b) + t * step + 0.5 * t * t * bow
-        v = (step + t * bow) / self._period
-        output.SetFromVector(np.concatenate([q, v]))
+        q, v = [], []
+        for a, b, c in zip(first, second, third):
+            step, bow = b - a, a - 2.0 * b + c
+            q.append(0.5 * (a + b) + t * step + 0.5 * t * t * bow)
+            v.append((step + t * bow) / self._period)
+        output.SetFromVector(q + v)
 
     def _calc_acceleration(self, context: Context, output: Any) -> None:
-        a, b, c, _ = self._points(context)
-        output.SetFromVector((a - 2.0 * b + c) / self._period**2)
+        *points, _ = self._points(context)
+        square = self._period**2
+        output.SetFromVector([(a - 2.0 * b + c) / square for a, b, c in zip(*points)])
 
-    def _points(self, context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled."""
-        state, n = context.get_discrete_state_vector().value(), self._n
+    def _points(self, context: Context) -> tuple[list[float], list[float], list[float], float]:
+        """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled.
+
+        Arithmetic on plain floats is faster than on arrays of a few elements.
+        """
+        state, n = context.get_discrete_state_vector().value().tolist(), self._n
         held = self._held(context)
         if held is not None:
             return held, held, held, state[3 * n]
         return state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n]
 
-    def _held(self, context: Context) -> np.ndarray | None:
+    def _held(self, context: Context) -> list[float] | None:
         """Returns where the joints hold still; None: they are free."""
         if not self._hold.HasValue(context):
             return None
         hold = self._hold.Eval(context)
-        return hold[1:] if hold[0] else None
+        return hold[1:].tolist() if hold[0] else None
 
 
 def add_joint_feedforward(
