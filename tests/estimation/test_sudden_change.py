@@ -1,5 +1,7 @@
 """Sudden changes of speed, noticed by an estimator that wraps another one."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -28,56 +30,80 @@ def places(distances):
     return np.column_stack([0.56 + RADIUS * np.cos(angles), RADIUS * np.sin(angles), np.full(len(angles), 0.485)])
 
 
-def run(estimator, factor=1.0, at=np.inf, duration=8.0, sigma=0.001, seed=0, offset=None):
-    """Feeds points on a circle; yields (stamp, state)."""
+def run(estimator, factor=1.0, at=np.inf, duration=8.0, sigma=0.001, seed=0, offset=None, after=()):
+    """Feeds points on a circle; yields (stamp, state).
+
+    ``after``: the states after the first points, when another run has already fed the same ones.
+    """
     times = PERIOD * np.arange(1, round(duration / PERIOD))
     points = places(driven(times, factor, at))
     points += sigma * np.random.default_rng(seed).standard_normal(points.shape)
     if offset is not None:
         points += offset(times)[:, None] * [1.0, 0.0, 0.0]
-    state = estimator.initial_state()
-    for stamp, point in zip(times, points, strict=True):
+    state = after[-1] if after else estimator.initial_state()
+    for stamp, point in zip(times[len(after) :], points[len(after) :], strict=True):
         state = estimator.update(state, stamp, point)
         yield stamp, state
 
 
-def errors_after(estimator, factor, at, seed):
+def wrapped(kind, detects):
+    """Returns the estimator of a kind, with or without the detection of sudden changes."""
+    estimator = make_estimator(kind)
+    return with_speed_change_detection(estimator) if detects else estimator
+
+
+@cache
+def undisturbed(kind, detects, seed):
+    """Returns the states after each point at constant speed. Every change of speed starts from one of them."""
+    return tuple(state for _, state in run(wrapped(kind, detects), seed=seed))
+
+
+def errors_after(detects, factor, at, seed):
     """Returns the errors [m] of positions predicted `AHEAD` from 6 to 12 points after a change."""
-    errors = []
-    for stamp, state in run(estimator, factor, at, at + 0.22, seed=seed):
+    estimator, errors = wrapped("closed_path", detects), []
+    before = undisturbed("closed_path", detects, seed)[: int(at / PERIOD) - 2]
+    for stamp, state in run(estimator, factor, at, at + 0.22, seed=seed, after=before):
         if stamp >= at + 6 * PERIOD:
             expected = places(driven(np.array([stamp + AHEAD]), factor, at))[0, :2]
             errors.append(np.hypot(*(estimator.predict(state, np.array([stamp + AHEAD]))[0, :2] - expected)))
     return errors
 
 
+@pytest.mark.parametrize("factor", [1.0, 0.5, 1.5])
+def test_a_run_from_a_shared_state_is_the_whole_run(factor):
+    """Before a change, the points do not depend on it, and no state is changed by what follows."""
+    estimator = wrapped("closed_path", True)
+    before = undisturbed("closed_path", True, 0)[:179]
+    *_, (_, resumed) = run(estimator, factor, 3.02, 3.3, after=before)
+    *_, (_, whole) = run(estimator, factor, 3.02, 3.3)
+    ahead = np.array([3.3, 4.0])
+    np.testing.assert_array_equal(estimator.predict(resumed, ahead), estimator.predict(whole, ahead))
+
+
 @pytest.mark.parametrize("at", [3.02, 7.51], ids=["before the path closes", "afterwards"])
 @pytest.mark.parametrize("factor", [0.5, 1.5, 0.0])
 def test_six_points_after_a_change_of_speed_it_predicts_the_new_one(factor, at):
-    plain = make_estimator("closed_path")
     new, old = (
-        np.concatenate([errors_after(estimator, factor, at, seed) for seed in range(8)])
-        for estimator in (with_speed_change_detection(plain), plain)
+        np.concatenate([errors_after(detects, factor, at, seed) for seed in range(8)]) for detects in (True, False)
     )
     assert np.median(new) < 0.009
     assert np.median(new) < 0.6 * np.median(old)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_at_constant_speed_it_notices_nothing_and_predicts_the_same(kind):
+def test_at_constant_speed_it_notices_nothing(kind):
     """Twelve runs of 8 s, nearly 6000 tests of the newest points."""
-    plain = make_estimator(kind)
-    for seed in range(12):
-        states = [state for _, state in run(with_speed_change_detection(plain), seed=seed)]
-        assert all(state.changed is None for state in states)
-        state, (stamp, same) = states[-1], list(run(plain, seed=seed))[-1]
-        times = stamp + np.array([0.0, 0.3, 1.0])
-        np.testing.assert_array_equal(
-            with_speed_change_detection(plain).predict(state, times), plain.predict(same, times)
-        )
-        np.testing.assert_array_equal(
-            with_speed_change_detection(plain).predict_std(state, times), plain.predict_std(same, times)
-        )
+    assert all(state.changed is None for seed in range(12) for state in undisturbed(kind, True, seed))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_at_constant_speed_it_predicts_the_same(kind):
+    plain, detecting = wrapped(kind, False), wrapped(kind, True)
+    for seed in range(2):
+        state, same = (undisturbed(kind, detects, seed)[-1] for detects in (True, False))
+        times = PERIOD * len(undisturbed(kind, True, seed)) + np.array([0.0, 0.3, 1.0])
+        np.testing.assert_array_equal(detecting.predict(state, times), plain.predict(same, times))
+        np.testing.assert_array_equal(detecting.predict_std(state, times), plain.predict_std(same, times))
 
 
 @pytest.mark.parametrize("kind", KINDS)
