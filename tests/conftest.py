@@ -4,6 +4,7 @@ The tests render in their own process, because there are as many of them as proc
 render: ``DRAKE_TRACKER_RENDER_PROCESSES=2 pytest``.
 """
 
+import fcntl
 import os
 from functools import partial
 
@@ -79,3 +80,24 @@ class SmallLaboratory:
 @pytest.fixture(scope="session")
 def small_laboratory():
     return SmallLaboratory()
+
+
+@pytest.fixture(scope="session")
+def record_once(tmp_path_factory):
+    """Returns the folder of a run that only the first process records, of those between which pytest-xdist divides
+    the tests: ``record_once(name, record)``, where ``record(folder)`` writes the run. The tests only read it."""
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+
+    def folder_of(name, record):
+        folder, done = shared / name / "run", shared / name / "recorded"
+        folder.parent.mkdir(exist_ok=True)
+        with open(shared / f"{name}.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                record(folder)
+                done.touch()
+        return folder
+
+    return folder_of

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from drake_tracker.measured.measured_error import AXES, MeasuredError
 _DIGITS = 7
 _GREATEST = 1e6
 """Greatest number in a file; every length, speed and number of cycles is far smaller."""
+_parse = lru_cache(maxsize=4)(load_yaml)
+"""Every diagram with measured vision reads the same file, whose parsing takes longer than anything else in it."""
 _HEADER = "# Error of the triangulated point in the camera loop, found by drake-tracker measure. Lengths in m.\n"
 
 
@@ -62,7 +65,7 @@ def load_error(path: str | Path, rig: Mapping[str, Any] | None = None) -> Measur
     missing, of another shape, not finite or out of range, and when the rig differs.
     """
     try:
-        data = load_yaml(read_text(path))
+        data = _parse(read_text(path))
     except (OSError, UnicodeDecodeError):
         raise DrakeTrackerError(f"{path}: cannot be read; drake-tracker measure makes such a file") from None
     except yaml.YAMLError as error:
