@@ -99,6 +99,18 @@ def run(laboratory, duration, order=SUBSYSTEMS, lag_cycles=LAG_CYCLES, time_step
     return recorder.changes
 
 
+@pytest.fixture(scope="module")
+def changes(small_laboratory):
+    """The changes during 2 s of the usual loop."""
+    return run(small_laboratory, 2.0)
+
+
+@pytest.fixture(scope="module")
+def usual(small_laboratory):
+    """The changes during the first second."""
+    return run(small_laboratory, 1.0)
+
+
 def lags(changes, view):
     """Returns the times [s] from the capture of the middle image until each valid message was available."""
     field = view.get_fields().index
@@ -109,16 +121,15 @@ def one_value(values, expected):
     return len(values) > 20 and np.ptp(values) < 1e-9 and values[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_prediction_is_15_cycles_and_one_slot_old_when_it_is_available(small_laboratory):
-    changes = run(small_laboratory, 2.0)
+def test_a_prediction_is_15_cycles_and_one_slot_old_when_it_is_available(changes):
     assert one_value(lags(changes["point"], TrackPoint), 0.250)
     assert one_value(lags(changes["prediction"], Prediction), 0.250 + TIME_STEP / 4)
     assert one_value(lags(changes["delivered"], Prediction), 0.250 + TIME_STEP / 2)
     assert ESTIMATOR_SLOT * TIME_STEP < 0.001
 
 
-def test_there_is_one_prediction_for_each_image_with_its_stamp(small_laboratory):
-    packets = [value for _, value in run(small_laboratory, 2.0)["prediction"] if Prediction(value).valid]
+def test_there_is_one_prediction_for_each_image_with_its_stamp(small_laboratory, changes):
+    packets = [value for _, value in changes["prediction"] if Prediction(value).valid]
     stamps = np.array([Prediction(packet).stamp for packet in packets])
     assert np.diff(stamps) == pytest.approx(VISION_PERIOD, abs=1e-9)
     assert np.array_equal(np.diff([Prediction(packet).seq for packet in packets]), np.ones(len(packets) - 1))
@@ -151,8 +162,8 @@ def test_a_motion_is_seen_one_lag_after_it_begins(small_laboratory):
     ],
     ids=" ".join,
 )
-def test_the_order_in_which_subsystems_are_added_has_no_effect(small_laboratory, order):
-    usual, other = run(small_laboratory, 1.0), run(small_laboratory, 1.0, order)
+def test_the_order_in_which_subsystems_are_added_has_no_effect(small_laboratory, usual, order):
+    other = run(small_laboratory, 1.0, order)
     for name, changes in usual.items():
         assert [time for time, _ in changes] == [time for time, _ in other[name]]
         assert all(np.array_equal(a[1], b[1]) for a, b in zip(changes, other[name], strict=True))

@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import CIRCLE_IMAGES, make_touching_diagram, photograph_board
 from drake_tracker.tasks.ball.setup import resolve
@@ -33,12 +34,14 @@ def test_the_board_and_the_hand_are_in_the_window():
 def rolling_ball(settings, monkeypatch):
     """Points on the board while a ball rolls, and an image, with its place in the full image."""
     monkeypatch.setattr(ball_world_diagram, "draw_delay", lambda seed: 0.2)  # each image before the release costs time
-    scenario = make_scenario(seed=SEED, noise=2.0).with_settings({"camera.render_processes": "0", **settings})
+    monkeypatch.setattr(CatchConfig, "home_duration", 0.2)
+    settings = {"camera.render_processes": "0", "catch.ready_after": 0.0, **settings}
+    scenario = make_scenario(seed=SEED, noise=2.0).with_settings(settings)
     poses = true_poses(scenario)
     hand_eye = make_ball_diagram(scenario, poses)
     simulator = Simulator(hand_eye)
     points = []
-    for cycle in range(60, 120, 2):
+    for cycle in range(10, 70, 2):
         simulator.AdvanceTo(cycle * VISION_PERIOD + 0.01)
         points.append(np.array(hand_eye.GetOutputPort("point").Eval(simulator.get_context())))
     image = np.array(hand_eye.GetOutputPort("camera").Eval(simulator.get_context()).data)
