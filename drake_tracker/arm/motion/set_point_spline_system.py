@@ -84,11 +84,8 @@ class SetPointSplineSystem(LeafSystem):
         output.SetFromVector([(a - 2.0 * b + c) / square for a, b, c in zip(*points)])
 
     def _points(self, context: Context) -> tuple[list[float], list[float], list[float], float]:
-        """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled.
-
-        Arithmetic on plain floats is faster than on arrays of a few elements.
-        """
-        state, n = context.get_discrete_state_vector().value().tolist(), self._n
+        """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled."""
+        state, n = context.get_discrete_state_vector().value().tolist(), self._n  # plain floats: faster than small arrays
         held = self._held(context)
         if held is not None:
             return held, held, held, state[3 * n]

@@ -5,7 +5,6 @@ The speed is piecewise linear. It rises from rest at time 0; then the belt runs 
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.conveyor.conveyor_config import BELT_MOTIONS, BeltConfig
@@ -25,11 +24,6 @@ class BeltMotion:
 
     start: tuple[Piece, ...]
     cycle: tuple[Piece, ...]
-
-    @cached_property
-    def _sums(self) -> tuple[float, float, float, float]:
-        """Duration [s] and distance [m] of the start, and those of a cycle."""
-        return _duration(self.start), _distance(self.start), _duration(self.cycle), _distance(self.cycle)
 
     @property
     def mean_speed(self) -> float:
@@ -64,10 +58,10 @@ class BeltMotion:
     def _piece_at(self, time: float) -> tuple[Piece, float, float]:
         """Returns the piece at a time >= 0, the time since it began [s] and the distance travelled before it [m]."""
         pieces, before = self.start, 0.0
-        start_time, start_distance, cycle_time, cycle_distance = self._sums
-        if time >= start_time:
-            cycles, time = divmod(time - start_time, cycle_time)
-            before = start_distance + cycles * cycle_distance
+        if time >= _duration(self.start):
+            before = _distance(self.start)
+            cycles, time = divmod(time - _duration(self.start), _duration(self.cycle))
+            before += cycles * _distance(self.cycle)
             pieces = self.cycle
         for piece in pieces[:-1]:
             if time < piece[0]:
