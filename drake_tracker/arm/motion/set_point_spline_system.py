@@ -85,7 +85,7 @@ class SetPointSplineSystem(LeafSystem):
 
     def _points(self, context: Context) -> tuple[list[float], list[float], list[float], float]:
         """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled."""
-        state, n = context.get_discrete_state_vector().value().tolist(), self._n  # plain floats: faster than small arrays
+        state, n = context.get_discrete_state_vector().value().tolist(), self._n  # floats: faster than small arrays
         held = self._held(context)
         if held is not None:
             return held, held, held, state[3 * n]
