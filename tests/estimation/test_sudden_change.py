@@ -118,6 +118,22 @@ def test_a_change_becomes_the_past_and_the_next_one_is_noticed(kind):
     assert all(len(state.recent) <= WINDOW + 1 for _, state in noticed)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.5])
+def test_the_filter_is_given_the_change_with_its_sign(factor, monkeypatch):
+    """A filter recovers from a wrong sign within a few points, so that its predictions alone do not show it."""
+    gains, filter_ = [], make_estimator("coordinated_turn")
+    with_speed = type(filter_).with_speed
+
+    def record(self, state, gain, std):
+        gains.append(gain)
+        return with_speed(self, state, gain, std)
+
+    monkeypatch.setattr(type(filter_), "with_speed", record)
+    before = undisturbed("coordinated_turn", True, 2)[:387]
+    list(run(with_speed_change_detection(filter_), factor, 6.5, 6.8, seed=2, after=before))
+    assert np.median(gains) == pytest.approx((factor - 1.0) * SPEED, abs=0.03)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_jump_and_outliers_are_no_change_of_speed(kind):
     def jump(times):
