@@ -1,5 +1,6 @@
 """Lifted trains, with rendered images in the loop (`results/train_grasp.jsonl`)."""
 
+from result_tables.hard_path_tables import hard_paths_table
 from train_grasp import (
     CELLS,
     ESTIMATORS,
@@ -16,10 +17,18 @@ from train_grasp import (
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.centroid.normal_flow_parameters import PRESETS
 from tables.headline import rung_rows
-from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, uses, where
+from tables.results import Row, block, commit_of, data, lines, listed, of, origin, seeds_between, table, uses, where
 
 _GATED = "cast-shadows-gated"
 _BY_CAST_SHADOWS = (_GATED, "cast-shadows")
+
+
+def hard_paths() -> str:
+    rows = lines("hard_paths")
+    tracks = [track for kind in data("crossing_tracks")["tracks"].values() for track in kind]
+    jumped = sum(track["jumps"] > 0 for track in tracks)
+    crossing = f"The train left its branch on {of(jumped, len(tracks), ' tracks')} that cross or touch themselves."
+    return block(table(*hard_paths_table(rows)), origin(rows), crossing)
 
 
 def train_rungs() -> str:
