@@ -59,6 +59,7 @@ def rail_force(
     height: float,
     load: Load = Load(),
     near: float = math.nan,
+    turns: bool = True,
 ) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
@@ -74,8 +75,9 @@ def rail_force(
         height: z_W of O while the train stands on the rail [m].
         load: the body of the train.
         near: place of the train a moment ago (see `place_on_rail`) [m].
+        turns: whether the train's x axis is drawn along the track; otherwise along x_W.
     """
-    held = _held(track, state, height, near)
+    held = _held(track, state, height, near, turns)
     if held is None:
         return 0.0, 0.0, 0.0
     grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
@@ -90,8 +92,9 @@ def rail_force(
     drift = vy * tangent_x - vx * tangent_y
     side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
     drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
-    yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
-    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
+    goal_x, goal_y, goal_rate = (tangent_x, tangent_y, curvature * speed) if turns else (1.0, 0.0, 0.0)
+    yaw_error = math.atan2(heading_x * goal_y - heading_y * goal_x, heading_x * goal_x + heading_y * goal_y)
+    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (goal_rate - wz), YAW_LIMIT)
     push = grip * load.mass
     return (
         push * (drive * tangent_x - side * tangent_y),
@@ -100,7 +103,7 @@ def rail_force(
     )
 
 
-def place_on_rail(track: Track, state: Sequence[float], height: float, near: float) -> float:
+def place_on_rail(track: Track, state: Sequence[float], height: float, near: float, turns: bool = True) -> float:
     """Returns the arc length [m] at which the rail holds a train, NaN where it does not.
 
     Args:
@@ -108,13 +111,14 @@ def place_on_rail(track: Track, state: Sequence[float], height: float, near: flo
         state: as for `rail_force`.
         height: as for `rail_force`.
         near: the last place, near which the track is searched; NaN to search the whole track.
+        turns: as for `rail_force`.
     """
-    held = _held(track, state, height, near)
+    held = _held(track, state, height, near, turns)
     return held[3][0] if held else math.nan
 
 
 def _held(
-    track: Track, state: Sequence[float], height: float, near: float
+    track: Track, state: Sequence[float], height: float, near: float, turns: bool
 ) -> tuple[float, float, float, tuple[float, float, float, float, float]] | None:
     """Returns the share of the forces, the heading (x, y) and the place (`Track.locate`); None off the rail."""
     qw, qx, qy, qz, x, y, z = state[:7]
@@ -127,7 +131,8 @@ def _held(
     heading_y = 2.0 * (qx * qy + qw * qz)
     norm = math.hypot(heading_x, heading_y)
     heading_x, heading_y = heading_x / norm, heading_y / norm
-    located = track.locate(x, y, heading_x, heading_y, near)
+    # Without a heading, only the distance and the last place tell one branch of the track from another.
+    located = track.locate(x, y, heading_x, heading_y, near) if turns else track.locate(x, y, 0.0, 0.0, near)
     grip *= _fade(abs(located[1]), REACH_RANGE)
     return (grip, heading_x, heading_y, located) if grip > 0.0 else None
 

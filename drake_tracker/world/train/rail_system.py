@@ -80,7 +80,8 @@ class RailSystem(LeafSystem):
 
     def _follow(self, context: Context, values: DiscreteValues) -> None:
         state, near = self._train_state.Eval(context).tolist(), context.get_discrete_state(self._place).value()[0]
-        values.set_value(self._place, [place_on_rail(self._ride.track, state, self._height, near)])
+        ride = self._ride
+        values.set_value(self._place, [place_on_rail(ride.track, state, self._height, near, ride.turns)])
 
     def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
         descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE
@@ -97,7 +98,9 @@ class RailSystem(LeafSystem):
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
         near = context.get_discrete_state(self._place).value()[0]
-        force_x, force_y, torque_z = rail_force(self._ride.track, state, target_speed, self._height, self._load, near)
+        force_x, force_y, torque_z = rail_force(
+            self._ride.track, state, target_speed, self._height, self._load, near, self._ride.turns
+        )
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
