@@ -21,7 +21,7 @@ _DIGITS = 7
 _GREATEST = 1e6
 """Greatest number in a file; every length, speed and number of cycles is far smaller."""
 _parse = lru_cache(maxsize=4)(load_yaml)
-"""Every diagram with measured vision reads the same file, whose parsing takes longer than anything else in it."""
+"""Every diagram with measured vision reads the same file; parsing it takes more than a second."""
 _HEADER = "# Error of the triangulated point in the camera loop, found by drake-tracker measure. Lengths in m.\n"
 
 
