@@ -28,7 +28,9 @@ def hard_paths() -> str:
     tracks = [track for kind in data("crossing_tracks")["tracks"].values() for track in kind]
     jumped = sum(track["jumps"] > 0 for track in tracks)
     crossing = f"The train left its branch on {of(jumped, len(tracks), ' tracks')} that cross or touch themselves."
-    return block(table(*hard_paths_table(rows)), origin(rows), crossing)
+    return block(
+        table(*hard_paths_table(rows)), origin(rows, "Development used these tracks, with other seeds."), crossing
+    )
 
 
 def train_rungs() -> str:
