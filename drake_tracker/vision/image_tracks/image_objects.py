@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.vision.image_tracks.empty_scene import EmptyScene
 from drake_tracker.vision.image_tracks.reidentification import CONFIRM_AFTER
 from drake_tracker.vision.image_tracks.track_2d import Track2D
 
@@ -28,6 +29,7 @@ class ImageObjects(FrozenState):
         lost: last known track of each target that is lost, None where none is.
         leaps: number of times that a target was found again farther away than it can have moved.
         leapt: stamp of the last image in which that happened [s].
+        scene: without objects; None while the camera moves.
     """
 
     tracks: tuple[Track2D, ...] = ()
@@ -40,6 +42,7 @@ class ImageObjects(FrozenState):
     lost: tuple[Track2D | None, ...] = ()
     leaps: int = 0
     leapt: float = -np.inf
+    scene: EmptyScene | None = None
 
     def target(self, place: int = 0) -> Track2D | None:
         """Returns the track of one of the targets, or None."""

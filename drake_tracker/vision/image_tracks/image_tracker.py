@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.image_tracks.empty_scene import remember_scene as remember_empty_scene
+from drake_tracker.vision.image_tracks.empty_scene import shows_more
 from drake_tracker.vision.image_tracks.global_image_motion import (
     STILL,
     align_to,
@@ -120,6 +122,8 @@ class ImageTracker:
             alert=alert,
         )
         found = self._choose(found, middle, stamp)
+        scene = None if displacement > 0.0 else remember_empty_scene(objects.scene, middle, found.tracks)
+        found = replace(found, scene=scene)
         return found, mask, self._centroid(found, regions)
 
     def _aligned(
@@ -185,16 +189,22 @@ class ImageTracker:
                     if region.distance(track.mean[0], track.mean[1]) <= 0.25 * track.size:
                         members.setdefault(j, []).append(i)
         merged = {j for j, inside in members.items() if len(inside) > 1 and not self._one_each(j, inside, pairs)}
-        after = []
+        after, parts = [], set()
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
+            company, whole = in_company(track, tracks), None
+            if objects.scene is not None and displacement == 0.0 and track.hits >= CONFIRM_AFTER and not company:
+                whole = objects.scene.silhouette(track, image)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
-                alone, company = track.alone(regions[own], reach), in_company(track, tracks)
+                alone = track.alone(regions[own], reach)
+                if whole is not None and shows_more(whole, alone):
+                    track, alone = replace(track, width=whole.width, height=whole.height), whole
+                    parts |= {j for j, each in enumerate(regions) if whole.distance(each.u, each.v) == 0.0}
                 after.append(with_region(track, alone, image, 0.5 * displacement, company))
                 continue
             inside = any(i in some for some in members.values())
-            after.append(without_region(track, image, gates[i], inside))
-        taken = set(pairs.values()) | merged | set(members)
+            after.append(without_region(track, image, gates[i], inside, whole))
+        taken = set(pairs.values()) | merged | set(members) | parts
         among = {i for inside in members.values() if len(inside) > 1 for i in inside}
         kept = []
         for i, track in enumerate(after):

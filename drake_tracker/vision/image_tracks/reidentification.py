@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from drake_tracker.vision.image_tracks.image_patch import SAME, SURE, find_patch, is_scene
+from drake_tracker.vision.image_tracks.image_patch import SAME, SURE, cut_patch, find_patch, is_scene
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState2D
 from drake_tracker.vision.image_tracks.track_2d import measure as measure_track
@@ -22,11 +22,17 @@ COMPANY = 1.5
 """Objects are near each other up to this distance, as a share of the sum of their sizes."""
 FAST = 0.2
 """Share of its size above which an object's motion between images counts as fast."""
+SETTLED = 1.0
+"""Speed below which an object may have changed its look where it is, in sizes per second."""
+BESIDE = 0.1
+"""Share of its size by which a patch is found beside an object that has changed its look."""
 STOOD = 0.25
 """An object that stood has not moved on while it is within this share of its size."""
 
 
-def without_region(track: Track2D, image: np.ndarray, gate: float, inside: bool) -> Track2D:
+def without_region(
+    track: Track2D, image: np.ndarray, gate: float, inside: bool, whole: ImageRegion | None = None
+) -> Track2D:
     """Returns a predicted track without a separate region: its object stands, or is merged with another object.
 
     A merged object may be occluded by the other object, and is then expected to move on as before.
@@ -36,13 +42,23 @@ def without_region(track: Track2D, image: np.ndarray, gate: float, inside: bool)
         image: grey uint8 (h, w).
         gate: distance from the prediction that is searched [px].
         inside: whether its prediction lies in a region.
+        whole: its silhouette in front of the scene, if known.
     """
     unlike = track.unlike + 1 if inside else track.unlike
     if track.hits < CONFIRM_AFTER:
         return replace(track, state=TrackState2D.HIDDEN, unlike=unlike)
     reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
     found = u, v, score = find_patch(track.patch, track.centre, track.mean[:2], image, reach)
-    if score < least or is_scene(track.patch, track.centre, found, track.scenes):
+    missed = score < least or is_scene(track.patch, track.centre, found, track.scenes)
+    if (
+        whole is not None
+        and track.speed < SETTLED * track.size
+        and (missed or np.hypot(u - whole.u, v - whole.v) > BESIDE * whole.extent)
+    ):
+        patch, centre = cut_patch(image, whole)  # its look has changed
+        track = replace(track, patch=patch, centre=centre, width=whole.width, height=whole.height)
+        u, v = whole.u, whole.v
+    elif missed:
         return replace(track, state=TrackState2D.HIDDEN, unlike=unlike)
     measured = measure_track(track, u, v)
     state = TrackState2D.STANDING if measured.slow and not inside else TrackState2D.MOVING
