@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.image_tracks.empty_scene import remember_scene as remember_empty_scene
-from drake_tracker.vision.image_tracks.empty_scene import shows_more
+from drake_tracker.vision.image_tracks.empty_scene import remember_empty, shows_more
 from drake_tracker.vision.image_tracks.global_image_motion import (
     STILL,
     align_to,
@@ -122,8 +121,9 @@ class ImageTracker:
             alert=alert,
         )
         found = self._choose(found, middle, stamp)
-        scene = None if displacement > 0.0 else remember_empty_scene(objects.scene, middle, found.tracks)
-        found = replace(found, scene=scene)
+        found = replace(
+            found, scene=None if displacement > 0.0 else remember_empty(objects.scene, middle, found.tracks)
+        )
         return found, mask, self._centroid(found, regions)
 
     def _aligned(

@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from drake_tracker.vision.image_tracks.empty_scene import BEYOND
 from drake_tracker.vision.image_tracks.image_patch import SAME, SURE, cut_patch, find_patch, is_scene
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion
 from drake_tracker.vision.image_tracks.track_2d import Track2D, TrackState2D
@@ -24,8 +25,6 @@ FAST = 0.2
 """Share of its size above which an object's motion between images counts as fast."""
 SETTLED = 1.0
 """Speed below which an object may have changed its look where it is, in sizes per second."""
-BESIDE = 0.1
-"""Share of its size by which a patch is found beside an object that has changed its look."""
 STOOD = 0.25
 """An object that stood has not moved on while it is within this share of its size."""
 
@@ -50,11 +49,8 @@ def without_region(
     reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
     found = u, v, score = find_patch(track.patch, track.centre, track.mean[:2], image, reach)
     missed = score < least or is_scene(track.patch, track.centre, found, track.scenes)
-    if (
-        whole is not None
-        and track.speed < SETTLED * track.size
-        and (missed or np.hypot(u - whole.u, v - whole.v) > BESIDE * whole.extent)
-    ):
+    slow = track.speed < SETTLED * track.size
+    if slow and whole and (missed or np.hypot(u - whole.u, v - whole.v) > BEYOND * whole.extent):
         patch, centre = cut_patch(image, whole)  # its look has changed
         track = replace(track, patch=patch, centre=centre, width=whole.width, height=whole.height)
         u, v = whole.u, whole.v
