@@ -25,6 +25,7 @@ from drake_tracker.vision.image_tracks.image_objects import ImageObjects, count_
 from drake_tracker.vision.image_tracks.image_regions import ImageRegion, changed_twice, find_regions, join_fast
 from drake_tracker.vision.image_tracks.reidentification import (
     CONFIRM_AFTER,
+    SETTLED,
     distance_from,
     found_again,
     in_company,
@@ -193,7 +194,8 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
             company, whole = in_company(track, tracks), None
-            if objects.scene is not None and displacement == 0.0 and track.hits >= CONFIRM_AFTER and not company:
+            settled = track.hits >= CONFIRM_AFTER and before[track.number].speed < SETTLED * track.size
+            if objects.scene is not None and displacement == 0.0 and settled and not company:
                 whole = objects.scene.silhouette(track, image)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
                 alone = track.alone(regions[own], reach)

@@ -49,8 +49,7 @@ def without_region(
     reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
     found = u, v, score = find_patch(track.patch, track.centre, track.mean[:2], image, reach)
     missed = score < least or is_scene(track.patch, track.centre, found, track.scenes)
-    slow = track.speed < SETTLED * track.size
-    if slow and whole and (missed or np.hypot(u - whole.u, v - whole.v) > BEYOND * whole.extent):
+    if whole is not None and (missed or np.hypot(u - whole.u, v - whole.v) > BEYOND * whole.extent):
         patch, centre = cut_patch(image, whole)  # its look has changed
         track = replace(track, patch=patch, centre=centre, width=whole.width, height=whole.height)
         u, v = whole.u, whole.v
