@@ -18,7 +18,7 @@ MARGIN = 0.5
 """Margin round an object that is not learned as the scene, as a share of its longer side."""
 JOIN_SHARE = 0.15
 """Gap across which parts of a silhouette are joined, as a share of the object's size."""
-LEAST_SHARE = 0.4
+LEAST_SHARE = 0.5
 """Least area of a silhouette as a share of the area of its object: less is only a part of the object."""
 GROWN = 3.0
 """An object with this many times the pixels that it covered in the first image beside them has grown."""

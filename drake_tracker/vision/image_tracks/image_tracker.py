@@ -199,7 +199,7 @@ class ImageTracker:
                 whole = objects.scene.silhouette(track, image)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
                 alone = track.alone(regions[own], reach)
-                if whole is not None and shows_more(whole, alone):
+                if whole is not None and whole.width * whole.height > track.area and shows_more(whole, alone):
                     track, alone = replace(track, width=whole.width, height=whole.height), whole
                     parts |= {j for j, each in enumerate(regions) if whole.distance(each.u, each.v) == 0.0}
                 after.append(with_region(track, alone, image, 0.5 * displacement, company))
