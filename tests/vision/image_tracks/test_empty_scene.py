@@ -87,6 +87,20 @@ def test_a_slow_object_that_changes_its_look_is_seen(draw, seed):
     assert np.median(off) < 3.0 and np.mean(np.array(off) < 10.0) > 0.95 and off[-1] < 5.0
 
 
+@pytest.mark.parametrize(("rate", "speed", "stride"), [(1.015, 0.5, 3), (1.02, 0.6, 2), (1.025, 0.9, 1)])
+def test_an_object_that_comes_closer_is_measured_as_a_whole(rate, speed, stride):
+    """Its rear rim stood in the image while its front rim moved: it was measured up to 20 px beside its centre."""
+
+    def draw(image, k):
+        u, v = 110.0 + speed * k, 110.0 + 0.2 * k
+        disc(image, u, v, 12.0 * rate**k, 225)
+        return u, v
+
+    states, numbers, off = tracked(draw, 90, 3, stride)
+    assert set(states) == {TrackState2D.MOVING} and set(numbers) == {1}
+    assert np.median(off) < 3.0 and max(off[-30:]) < 5.0
+
+
 def test_an_object_that_leaves_is_no_silhouette():
     """What it covered is known once it has left; the scene where it was first stays unknown until then."""
     empty, region = np.clip(scene(4), 0, 255).astype(np.uint8), ImageRegion(100.0, 120.0, 90, 80, 100, 41, 41)
