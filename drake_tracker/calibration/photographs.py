@@ -15,7 +15,7 @@ from drake_tracker.calibration.found_boards import (
     find_boards,
     list_photographs,
 )
-from drake_tracker.calibration.quality import draw_quality, measure_quality, pair_rms, to_retake
+from drake_tracker.calibration.quality import draw_quality, measure_quality, pair_rms, to_retake, two_groups
 from drake_tracker.cameras.boards.board import Board
 from drake_tracker.cameras.boards.board_kinds import kind_of
 from drake_tracker.cameras.calibration.camera_calibration import Lens, board_pose, lens_from_corners
@@ -112,6 +112,9 @@ def calibrate_photographs(
     errors = cross_validate(boards, board, options)
     pairs = pair_rms(cameras, boards) if len(specs) == 2 else np.zeros(0)
     retake = dropped + to_retake(boards, qualities, pairs)
+    for k, each in enumerate(lenses):
+        groups = two_groups(each, boards, k, board, options)
+        retake += [] if groups is None else [f"{specs[k]}: {groups}"]
     print("\n".join(retake), end="\n" if retake else "")
     X_WP = board_pose(boards.views[0][0], cameras["camera_left"], board) @ X_BP
     if world:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -14,10 +15,11 @@ from scipy.optimize import least_squares
 
 from drake_tracker.calibration.found_boards import CELLS, FoundBoards, ImageShape, covered_cells
 from drake_tracker.cameras.boards.board import Board
-from drake_tracker.cameras.calibration.camera_calibration import Lens
+from drake_tracker.cameras.calibration.camera_calibration import Lens, board_pose, lens_from_corners
 from drake_tracker.cameras.calibration.stereo_calibration import sparsity, to_matrices, to_vectors
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.cameras.triangulation import triangulate
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
 
@@ -25,6 +27,11 @@ _WORSE = 3.0
 """Multiple of the median error beyond which a photograph is taken again."""
 _LEAST_ERROR = 0.5
 """Error up to which no photograph is taken again [px]."""
+_STARTS, _ROUNDS, _LEAST_GROUP = 4, 8, 3
+"""Divisions of the photographs that are tried first, rounds that improve each, and photographs of the smaller group."""
+_TOGETHER, _APART = 1.12, 5.0
+"""Two groups have lenses of their own if all photographs together have this many times their error, and the lenses
+differ by this many standard deviations. Photographs of one real lens that are divided for the best have 1.08 times."""
 _MATRIX = ([0, 1, 0, 1], [0, 1, 2, 2])
 """Where K has fx, fy, cx and cy."""
 
@@ -106,6 +113,62 @@ def to_retake(boards: FoundBoards, qualities: Sequence[CameraQuality], pairs: np
         if reasons:
             lines.append(f"take {name} again: {'; '.join(reasons)}")
     return lines
+
+
+def two_groups(lens: Lens, boards: FoundBoards, camera: int, board: Board, options: Mapping[str, Any]) -> str | None:
+    """Returns one line if the photographs of a camera fall into two groups with lenses of their own, else None.
+
+    Some were turned by half a turn, or taken with another zoom, focus or camera. Starting from random halves, each
+    photograph joins the group whose lens fits it better, until nothing changes.
+
+    Args:
+        lens: fitted to all photographs.
+        boards: the boards in the photographs.
+        camera: index of the camera.
+        board: the board.
+        options: as for `lens_from_corners`.
+    """
+    views, shape = boards.views[camera], boards.shapes[camera]
+    best, error, found = None, lens.rms / _TOGETHER, 0.0
+    for seed in range(_STARTS):
+        first, after = None, np.random.default_rng(seed).permutation(len(views)) < len(views) // 2
+        for _ in range(_ROUNDS):
+            if (after == first).all() or min(after.sum(), (~after).sum()) < _LEAST_GROUP:
+                break
+            first = after
+            parts = [[view for view, member in zip(views, members) if member] for members in (first, ~first)]
+            try:
+                lenses = [lens_from_corners(part, board, shape, **options) for part in parts]
+            except DrakeTrackerError:
+                break
+            after = np.array(
+                [_rms(view, lenses[0], shape, board) < _rms(view, lenses[1], shape, board) for view in views]
+            )
+            found = float(np.sqrt(np.mean(np.where(first, *(each.rms**2 for each in lenses)))))
+            if found < error:
+                best, error = (first, lenses, parts), found
+    if best is None:
+        return None
+    first, lenses, parts = best
+    std = np.hypot(*(lens_std(each, part, board)[0] for each, part in zip(lenses, parts)))
+    if (np.abs(lenses[0].K - lenses[1].K)[_MATRIX] / std).max() < _APART:
+        return None
+    fewer = np.flatnonzero(first if first.sum() <= len(first) / 2 else ~first)
+    names = [name.split(" and ")[camera] if len(boards.views) > 1 else name for name in boards.names]
+    others = f" and {len(fewer) - 4} others" if len(fewer) > 4 else ""
+    return (
+        f"the photographs fall into two groups: {', '.join(names[k] for k in fewer[:4])}{others} fit one lens, the "
+        f"rest fits another ({error:.2f} px, together {lens.rms:.2f} px); some were turned by half a turn, or taken "
+        "with another zoom, focus or camera"
+    )
+
+
+def _rms(view: np.ndarray, lens: Lens, shape: ImageShape, board: Board) -> float:
+    """Returns the reprojection error of a photograph with a lens [px]."""
+    camera = lens.camera(shape)
+    X_CB = board_pose(view, camera, board)
+    pixels = camera.project(board.points() @ X_CB[:3, :3].T + X_CB[:3, 3])
+    return float(np.sqrt(np.nanmean(((pixels - view) ** 2).sum(axis=1))))
 
 
 def _is_worse(errors: np.ndarray, k: int) -> bool:

@@ -17,6 +17,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.centroid.detectors import make_detector
 from drake_tracker.vision.image_tracks.image_regions import find_regions
 from drake_tracker.vision.image_tracks.pyramid_level import reduced, reduced_pixel, reduced_window
+from drake_tracker.vision.light_gain import with_light_of
 
 MOST_IMAGES, MOST_PIXELS = 240, 250_000_000
 """Largest number of images that are looked at, and of their pixels in all."""
@@ -218,7 +219,7 @@ def _find_silhouettes(
     image: np.ndarray, background: np.ndarray, window: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns the silhouettes as OpenCV's statistics (n, 5) and centres (n, 2); none where all has changed."""
-    difference = cv2.absdiff(image, background)
+    difference = cv2.absdiff(with_light_of(background, image), background)
     level = max(LEAST_CHANGE, CHANGE_NOISE * float(np.median(difference[::4, ::4])))
     mask = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)[1]
     if window is not None:
@@ -235,7 +236,8 @@ def _mask(detector: Any, sequence: list[np.ndarray]) -> np.ndarray:
     """Returns where something moves in the middle one of grey images."""
     first = REACH - int(detector.stamp_age_cycles)
     used = sequence[first : first + detector.buffer_length : detector.stride]
-    mask: np.ndarray = detector.mask(*[detector.smooth(image) for image in used])
+    smoothed = [detector.smooth(image) for image in used]
+    mask: np.ndarray = detector.mask(*[with_light_of(smoothed[len(smoothed) // 2], image) for image in smoothed])
     return mask
 
 

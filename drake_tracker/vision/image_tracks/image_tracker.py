@@ -44,6 +44,7 @@ from drake_tracker.vision.image_tracks.track_2d import (
     start_track,
     with_region,
 )
+from drake_tracker.vision.light_gain import with_light_of
 from drake_tracker.vision.region_centroid import RegionCentroid
 
 COAST_TIME = 1.0
@@ -130,8 +131,10 @@ class ImageTracker:
     def _aligned(
         self, objects: ImageObjects, detector: Any, images: Sequence[np.ndarray]
     ) -> tuple[Sequence[np.ndarray], np.ndarray, float, int]:
-        """Returns (the images without motion of the camera, the mask of moving pixels, the camera's motion [px], images
-        for which to look for it)."""
+        """Returns (the images in the same light and without motion of the camera, the mask of moving pixels, the
+        camera's motion [px], images for which to look for it)."""
+        reference = images[len(images) // 2]
+        images = [image if image is reference else with_light_of(reference, image) for image in images]
         mask = detector.mask(*images)
         if not (objects.alert or suggests_shift(mask)) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
             return images, mask, 0.0, 0
