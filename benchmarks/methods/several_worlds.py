@@ -30,7 +30,7 @@ from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.vision import image_vision
 from drake_tracker.vision.centroid.config import MotionCentroid
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
-from drake_tracker.world.train.rail import TRAIN_LENGTH
+from drake_tracker.world.config import TRAIN_SIZE
 
 SEVERAL = {"several": SilhouetteTracker()}
 TRACKERS = {**SEVERAL, "single": MotionCentroid()}
@@ -131,7 +131,7 @@ def lap_time(scenario):
 
 def train_lengths(scenario):
     """Returns the lengths of all trains of a scenario whose further objects are trains [m]."""
-    return TRAIN_LENGTH * np.array([scenario.train.scale, *(each.scale for each in scenario.objects)])
+    return TRAIN_SIZE[0] * np.array([scenario.train.scale, *(each.scale for each in scenario.objects)])
 
 
 def _held_world(scenario):

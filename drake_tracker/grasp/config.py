@@ -1,6 +1,6 @@
 """Settings of the motor schemas, which are also the parameters of their machines."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from drake_tracker.core.setting import setting
@@ -13,9 +13,18 @@ class GraspConfig:
     Heights are heights of the tool above the object's reference point, at which its motion is seen. This point lies a
     few millimetres below the centre of the body, since the wheels move too: jaws that close slightly above it close on
     the middle of the body. Each setting is described by its ``help``.
+
+    Attributes:
+        body_width: width of ``train.body`` [m], which ``object_width`` follows as long as it has the same value.
+        reach: largest error along the jaws at which they still hold the object [m]: half of its length. The scenario
+            fills in both; they are not settings.
     """
 
-    object_width: float = setting(0.040, "width of the object between the jaws", "m", (0.005, 0.085))
+    object_width: float = setting(
+        0.040, "width of the object between the jaws; 0.04: that of train.body", "m", (0.005, 0.085)
+    )
+    body_width: float = field(default=0.040, kw_only=True, compare=False, repr=False)
+    reach: float = field(default=0.060, kw_only=True, repr=False)
     jaw_opening: float = setting(0.088, "opening of the jaws before the grasp", "m", (0.010, 0.090))
     jaw_speed: ClassVar[float] = 0.40
     """Rate at which the opening changes [m/s]; chosen."""

@@ -16,8 +16,6 @@ from drake_tracker.core.messages import evaluate_prediction
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X, Y, recent
 
-REACH = 0.060
-"""Largest error along the path at which the jaws still hold a train [m]: half of its length."""
 OBLIQUE = math.radians(40.0)
 """Largest error in direction [rad] that does not count as a miss. This and `TRUST` were chosen on 70 launches, seeds
 81000 to 81069, which no result uses. The jaws themselves tolerate less: turned by 15 deg throughout the descent they
@@ -59,7 +57,7 @@ def success_probability(
     the end of a path by half of its length times the error in direction.
 
     Args:
-        config: opening of the jaws and width of the object.
+        config: opening of the jaws, width and length of the object.
         packet: a `Prediction` vector.
         horizon: time from the measurement on which the hand relies to the touch [s].
         stamp: of the measurement [s].
@@ -77,7 +75,7 @@ def success_probability(
     squares = np.sum(errors**2, axis=0), np.sum(stated**2, axis=0)
     probability = 1.0
     for limit, centre, now, error, was in zip(
-        (room, REACH, OBLIQUE), offset, (std, std, turn * std), *squares, strict=True
+        (room, config.reach, OBLIQUE), offset, (std, std, turn * std), *squares, strict=True
     ):
         ratio = error / was if was > 0.0 else 1.0
         scale = now * math.sqrt((TRUST + count * ratio) / (TRUST + count))

@@ -164,7 +164,7 @@ def came_true(config: GraspConfig, rows: np.ndarray) -> tuple[Gate, float]:
     worst = np.max(np.abs(rows), axis=0)
     good = (
         worst[LATERAL] <= config.lateral_tolerance
-        and worst[ALONG] <= config.along_tolerance
+        and worst[ALONG] <= min(config.along_tolerance, config.reach)
         and worst[TURN] <= np.deg2rad(config.turn_tolerance_deg)
     )
     return (Gate.OPEN if good else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])

@@ -14,15 +14,28 @@ LONGEST_WALK = 2.0
 """Greatest length of a random walk [m]."""
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
 TRAIN_WIDTH = 0.040
-"""Width of every train between the jaws [m] (models train)."""
+"""Width of every train between the jaws [m] (models train); a cube has its own."""
 TRAIN_SCALES = (0.5, 1.5)
 """Shortest and longest train, relative to its model."""
 LIFTED = 0.10
 """Height [m] above its place on the rail at which the train counts as lifted."""
 LIGHT_SIDES = ("cameras", "one_side")
-TRAIN_BODIES = ("plain", "striped", "round", "dark")
+TRAIN_BODIES = ("plain", "striped", "round", "dark", "cube")
+TRAIN_SIZE, CUBE_EDGE = (0.12, TRAIN_WIDTH, 0.05), 0.030
+"""Length, width and height of the body of a train of scale 1, and edge of a cube of scale 1 [m] (models train)."""
 RENDER_PROCESSES = ("auto", "0", "1", "2")
 _RENDER_PROCESSES_HELP = "processes that render beside the simulation; auto: one per spare processor, 2 at most"
+
+
+def body_size(body: str, scale: float) -> tuple[float, float, float]:
+    """Returns length, width and height [m] of a body that runs on the track. All edges of a cube grow with its scale.
+
+    Args:
+        body: which model, one of `TRAIN_BODIES`.
+        scale: relative to the model.
+    """
+    length, width, height = TRAIN_SIZE
+    return (scale * CUBE_EDGE,) * 3 if body == "cube" else (scale * length, width, height)
 
 
 @dataclass(frozen=True)
@@ -125,10 +138,13 @@ class TrackConfig:
 class TrainConfig:
     """The train: its appearance, its length, and when it starts."""
 
-    body: str = setting("plain", "which of the train models runs", choices=TRAIN_BODIES)
+    body: str = setting("plain", "which of the train models runs; cube: an edge of 30 mm", choices=TRAIN_BODIES)
     colour: str = setting("", "main colour of the train, as #rrggbb; empty: the colour of the model")
     scale: float = setting(
-        1.0, "length and mass relative to the model; width and height stay, for track and jaws", "", TRAIN_SCALES
+        1.0,
+        "length and mass relative to the model; width and height stay, for track and jaws, except of a cube",
+        "",
+        TRAIN_SCALES,
     )
     start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
 

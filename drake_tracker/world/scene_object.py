@@ -26,6 +26,7 @@ class Ride:
         start_delay: time until which it stands [s].
         scale: length of the train relative to its model.
         event: sudden change of the speed.
+        body: which of the train models it is.
     """
 
     track: Track
@@ -36,6 +37,7 @@ class Ride:
     start_delay: float = 0.0
     scale: float = 1.0
     event: SpeedEvent | NoEvent = NoEvent()
+    body: str = "plain"
 
 
 class SceneObject(Protocol):

@@ -126,6 +126,7 @@ PARTS = {
     "striped": locomotive(body="white", cab="white", beam="navy", hub="white", fittings="white") + stripes(),
     "round": railcar(),
     "dark": locomotive(*["coal"] * 4, *["coal"] * 5) + mark(),
+    "cube": [part(box((0.030, 0.030, 0.030)), "red", (0.0, 0.0, 0.0))],
 }
 
 

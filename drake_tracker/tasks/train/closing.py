@@ -13,10 +13,12 @@ from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.diagnosis.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.episode import train_places, train_pose
 from drake_tracker.tasks.train.setup import TrainSetup
+from drake_tracker.world.config import body_size
 from drake_tracker.world.train.speed_law import distance_at
 
-REACH_ALONG = 0.05
-"""Greatest distance along the faces of the jaws at which the middle of a train of scale 1 can still be gripped [m]."""
+SHARE_ALONG = 5.0 / 6.0
+"""Greatest distance along the faces of the jaws at which the middle of a train can still be gripped, as a share of half
+of its length: 0.05 m for a train of scale 1."""
 LATEST = 0.15
 """Time [s] after the expected touch of the pads up to which a contact belongs to the closing."""
 _STEP = 0.001
@@ -47,8 +49,8 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     A negative value is early enough. The last possible instant follows from ground truth, as if hand and train did not
     touch: the hand continues along the path frozen at the launch (the servo's target and, beyond the end of the log,
     the packet on which it is based), and the train continues along its track according to its speed law. The middle of
-    the train leaves the space between the open jaws when it is more than `clearance` across or `REACH_ALONG` along the
-    jaws from their middle. The pads must touch by then, hence closing must begin earlier by the travel time of the
+    the train leaves the space between the open jaws when it is more than `clearance` across or `SHARE_ALONG` of half of
+    its length along the jaws from their middle. The pads must touch by then, hence closing must begin earlier by the travel time of the
     jaws. If the train has not left when the path of the packet ends, the end of the path is used.
 
     Args:
@@ -76,7 +78,8 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     s = track.locate(launched[0], launched[1], math.cos(launched[3]), math.sin(launched[3]), near)[0]
     x, y, _ = track.pose(s + gone[1:] - gone[0])
     along, across = _in_hand(hand, x, y)
-    fits = (np.abs(across) <= clearance(setup)) & (np.abs(along) <= setup.scenario.train.scale * REACH_ALONG)
+    length, _, _ = body_size(setup.scenario.train.body, setup.scenario.train.scale)
+    fits = (np.abs(across) <= clearance(setup)) & (np.abs(along) <= 0.5 * SHARE_ALONG * length)
     if not fits[0]:
         return None
     leaves = times[-1] if fits.all() else times[np.argmin(fits)]

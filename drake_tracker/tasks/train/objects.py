@@ -8,11 +8,10 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import misplaced, place_other_track
-from drake_tracker.world.config import NoEvent, TrackConfig
+from drake_tracker.world.config import NoEvent, TrackConfig, body_size
 from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.train.objects_config import OBJECTS, Ball, Train
 from drake_tracker.world.train.plant import TABLE_TOP
-from drake_tracker.world.train.rail import END_MARGIN, TRAIN_LENGTH
 from drake_tracker.world.train.tracks import Track
 
 BUFFERS = 0.015
@@ -30,14 +29,14 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
     Raises DrakeTrackerError when an object has no place on its track or on the table.
     """
     made = []
-    standing = [(start, scenario.train.scale)]
+    standing = [(start, body_size(scenario.train.body, scenario.train.scale)[0])]
     for number, settings in enumerate(scenario.objects):
         context: dict[str, Any] = {"number": number, "table_height": scenario.table_height}
         if isinstance(settings, Train):
             config, own, place = scenario.track, track, start + settings.ahead
             if settings.track is None:
                 _check_place(scenario, number, settings, track, place, standing)
-                standing.append((place, settings.scale))
+                standing.append((place, body_size(settings.body, settings.scale)[0]))
             else:
                 config = settings.track
                 own, place = _own_track(scenario, number, settings, config)
@@ -49,6 +48,7 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
                 variation=config.variation,
                 start_delay=settings.start_delay,
                 scale=settings.scale,
+                body=settings.body,
             )
         elif isinstance(settings, Ball):
             _check_ball(scenario, number, settings)
@@ -66,7 +66,8 @@ def _own_track(scenario: TrainScenario, number: int, settings: Train, config: Tr
             f"{scenario.where(f'objects[{number}].track.event')} = !{type(config.event).__name__}: "
             "only the first train can have an event"
         )
-    other = replace(scenario, track=config, train=replace(scenario.train, scale=settings.scale))
+    train = replace(scenario.train, body=settings.body, scale=settings.scale)
+    other = replace(scenario, track=config, train=train)
     track, start = place_other_track(other, number)
     problem = misplaced(other, track, start)
     if problem is not None:
@@ -90,20 +91,21 @@ def _check_place(
         settings: of the train.
         track: track of the first train.
         place: arc length at which the train would start [m].
-        standing: (arc length [m], scale) of the trains that are already on the track.
+        standing: (arc length, length) [m] of the trains that are already on the track.
     """
     where = scenario.where(f"objects[{number}].ahead")
-    margin = END_MARGIN * settings.scale
+    length, _, _ = body_size(settings.body, settings.scale)
+    margin = 0.5 * length
     if not track.closed and not margin <= place <= track.length - margin:
         raise DrakeTrackerError(
             f"{where} = {settings.ahead:g}: the train would start {place:.3f} m from the beginning of the track; "
             f"from {margin:.3f} to {track.length - margin:.3f} m are allowed"
         )
-    for other, scale in standing:
+    for other, other_length in standing:
         gap = place - other
         if track.closed:
             gap = (gap + 0.5 * track.length) % track.length - 0.5 * track.length
-        needed = 0.5 * TRAIN_LENGTH * (settings.scale + scale) + BUFFERS
+        needed = 0.5 * (length + other_length) + BUFFERS
         if abs(gap) < needed:
             raise DrakeTrackerError(
                 f"{where} = {settings.ahead:g}: the train would start {abs(gap):.3f} m from another train; "

@@ -27,12 +27,12 @@ from drake_tracker.world.config import (
     LIFTED,
     LONGEST_WALK,
     OPEN_KINDS,
-    TRAIN_WIDTH,
     CamerasConfig,
     LightingConfig,
     TrackConfig,
     TrainConfig,
     WristCamera,
+    body_size,
 )
 from drake_tracker.world.train.objects_config import OBJECTS, Train
 
@@ -198,6 +198,11 @@ class TrainScenario(BaseScenario):
     )
     faults: tuple[faults_of("train"), ...] = setting([], "injected faults, with their times")  # type: ignore[valid-type]
 
+    def __post_init__(self) -> None:
+        grasp, (length, width, _) = self.grasp, body_size(self.train.body, self.train.scale)
+        known = width if grasp.object_width == grasp.body_width else grasp.object_width
+        object.__setattr__(self, "grasp", replace(grasp, object_width=known, body_width=width, reach=0.5 * length))
+
     @classmethod
     def present(cls, tree: Value, notes: list[str]) -> Value:
         """Translates ``vision.tracker`` and ``vision.detector``, which ``vision.method`` has replaced."""
@@ -288,7 +293,7 @@ def grasp_problems(scenario: TrainScenario) -> Problems:
                 f"must be above {WIDTH_TOLERANCE:g} m, or jaws that closed on nothing would count as a grip",
             )
         )
-    width = max(grasp.object_width, TRAIN_WIDTH)
+    width = max(grasp.object_width, body_size(scenario.train.body, scenario.train.scale)[1])
     if grasp.jaw_opening < width + JAW_MARGIN:
         key = set_by_user(scenario, ["grasp.jaw_opening", "grasp.object_width"])
         found.append(

@@ -17,8 +17,9 @@ from drake_tracker.grasp.train.grasp_machine import SEEN_FOR
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.region_of_interest import footprint, is_within
-from drake_tracker.world.train.plant import TABLE_TOP, WHEELS
-from drake_tracker.world.train.rail import END_MARGIN
+from drake_tracker.world.config import TrainConfig
+from drake_tracker.world.train.plant import TABLE_TOP, wheels
+from drake_tracker.world.train.rail import load_of
 from drake_tracker.world.train.speed_law import distance_at
 from drake_tracker.world.train.tracks import Track, make_track
 
@@ -145,7 +146,7 @@ def walk_area(scenario: TrainScenario) -> np.ndarray:
 
     Raises DrakeTrackerError when there is no such area.
     """
-    margin = math.hypot(scenario.train.scale * WHEELS[0], WHEELS[1])
+    margin = math.hypot(*wheels(scenario.train))
     (x_low, y_low), (x_high, y_high) = np.array(TABLE_TOP) + [[margin], [-margin]]
     table = np.array([[x_low, y_low], [x_high, y_low], [x_high, y_high], [x_low, y_high]], dtype=np.float32)
     volume = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
@@ -174,7 +175,7 @@ def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None
         volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
         where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
         return f"the track passes {where}, outside the {volume} (vision.work_volume)"
-    beyond = off_table(track, start, scenario.train.scale)
+    beyond = off_table(track, start, scenario.train)
     if beyond is not None:
         (x_low, y_low), (x_high, y_high) = TABLE_TOP
         table = f"which covers x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} m"
@@ -241,33 +242,34 @@ def check_track(scenario: TrainScenario, track: Track, start: float, reach: Reac
         raise DrakeTrackerError(f"{what} = {scenario.track.kind}: {problem}")
 
 
-def off_table(track: Track, start: float, scale: float = 1.0) -> tuple[float, float] | None:
+def off_table(track: Track, start: float, train: TrainConfig = TrainConfig()) -> tuple[float, float] | None:
     """Returns a place (x, y) in W at which a wheel of the train, or an end of the rails, is beyond the table [m].
 
     Args:
         track: the track in the direction of travel.
         start: arc length at which the train starts [m].
-        scale: length of the train relative to its model.
+        train: the train.
 
     Returns None when the table supports the train from its start to where it stops.
     """
-    s = np.linspace(start, max(last_place(track, scale), start), CHECKED_PLACES)
+    s = np.linspace(start, max(last_place(track, train), start), CHECKED_PLACES)
     if track.closed:
         s = np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False)
     x, y, heading = track.pose(s)
     cos, sin = np.cos(heading), np.sin(heading)
     places = [np.column_stack(track.pose(np.array([0.0, track.length]))[:2])]
-    for along in (-scale * WHEELS[0], scale * WHEELS[0]):
-        for across in (-WHEELS[1], WHEELS[1]):
+    ahead, aside = wheels(train)
+    for along in (-ahead, ahead):
+        for across in (-aside, aside):
             places.append(np.column_stack([x + along * cos - across * sin, y + along * sin + across * cos]))
     points = np.concatenate(places)
     beyond = ((points < TABLE_TOP[0]) | (points > TABLE_TOP[1])).any(axis=1)
     return tuple(points[np.argmax(beyond)].tolist()) if beyond.any() else None
 
 
-def last_place(track: Track, scale: float = 1.0) -> float:
-    """Returns the arc length [m] at which a train, ``scale`` times as long as its model, stops on an open track."""
-    return track.length - scale * END_MARGIN
+def last_place(track: Track, train: TrainConfig = TrainConfig()) -> float:
+    """Returns the arc length [m] at which a train stops on an open track."""
+    return track.length - load_of(train.body, train.scale).half_length
 
 
 def time_within_reach(scenario: TrainScenario, track: Track, start: float, reach: Reach) -> float:
@@ -284,7 +286,7 @@ def time_within_reach(scenario: TrainScenario, track: Track, start: float, reach
     config, vision = scenario.track, scenario.vision
     if config.speed == 0.0:
         return np.inf
-    s = np.linspace(start, max(last_place(track, scenario.train.scale), start), CHECKED_PLACES)
+    s = np.linspace(start, max(last_place(track, scenario.train), start), CHECKED_PLACES)
     x, y, _ = track.pose(s)
     good = is_within(vision.work_volume, vision.outline, np.column_stack([x, y])) & reach.reached(track, s)
     # A speed law that rests now and then still covers half of the distance of its full speed.

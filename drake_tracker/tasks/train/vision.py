@@ -35,14 +35,13 @@ from drake_tracker.vision.hand.wrist_view_diagram import WristParts
 from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
-from drake_tracker.world.config import TRAIN_WIDTH, WristCamera
+from drake_tracker.world.config import WristCamera, body_size
 from drake_tracker.world.imaging.cameras import ImageWindow, describe_rig
 from drake_tracker.world.imaging.wrist_camera import WRIST_CAMERA, describe_wrist
 from drake_tracker.world.train.driven_objects import HAND_LENGTH, HAND_THICKNESS, HAND_WIDTH
 from drake_tracker.world.train.objects_config import Ball, Hand
 from drake_tracker.world.train.plant import TRAIN_HEIGHT
-from drake_tracker.world.train.rail import TRAIN_LENGTH
-from drake_tracker.world.train.train_model import BODY_HEIGHT, train_colour
+from drake_tracker.world.train.train_model import train_colour
 
 RenderedVision = VisionDiagram | SeveralVisionDiagram | HandVisionDiagram
 """A vision that reads images."""
@@ -201,7 +200,7 @@ def _look(settings: Any) -> ObjectLook:
     elif isinstance(settings, Hand):
         size = (HAND_LENGTH, HAND_WIDTH, HAND_THICKNESS)
     else:
-        size = (settings.scale * TRAIN_LENGTH, TRAIN_WIDTH, BODY_HEIGHT)
+        size = body_size(settings.body, settings.scale)
     colour = rgb(settings.colour) if settings.colour else train_colour(settings.body)
     red, green, blue = (255.0 * float(value) for value in colour)
     return ObjectLook(size, (red, green, blue))

@@ -18,9 +18,9 @@ class Train:
     A separate track is placed at random like the track of the first train, but the arm need not reach it.
     """
 
-    body: str = setting("striped", "which of the train models runs", choices=TRAIN_BODIES)
+    body: str = setting("striped", "as train.body", choices=TRAIN_BODIES)
     colour: str = setting("", "main colour of the train, as #rrggbb; empty: the colour of the model")
-    scale: float = setting(1.0, "length and mass relative to the model", "", TRAIN_SCALES)
+    scale: float = setting(1.0, "as train.scale", "", TRAIN_SCALES)
     start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
     ahead: float = setting(
         -0.6,

@@ -13,6 +13,7 @@ from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.plant import add_arm, couple_fingers, models_parser, set_servo_gains
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.world.config import TrainConfig
 from drake_tracker.world.painted_mesh import paint_visual, stain
 from drake_tracker.world.scene_object import SceneObject
 from drake_tracker.world.train.tracks import Track
@@ -22,8 +23,8 @@ TRAIN_HEIGHT = 0.035
 """Height of the train's reference point, the centre of its body, above the table [m]."""
 TABLE_TOP = ((0.21, -0.50), (0.91, 0.50))
 """Lowest and highest corner (x, y) in W of the table's top, as in its model [m]."""
-WHEELS = (0.045, 0.015)
-"""Distances of the train's wheels from its centre, along and across, as in its models [m]."""
+WHEELS, CUBE_WHEELS = (0.045, 0.015), (0.015, 0.015)
+"""Distances of the wheels of a train and of a cube from the centre, along and across, as in the models [m]."""
 TABLE_MODEL_HEIGHT = 0.45
 """Height of the table model's top above its own origin [m]."""
 TABLE_TOP_VISUAL = "table::top"
@@ -160,6 +161,11 @@ def add_ground(
     floor = plant.AddRigidBody("floor", table, SpatialInertia.Zero())
     plant.WeldFrames(plant.world_frame(), floor.body_frame())
     plant.RegisterCollisionGeometry(floor, RigidTransform([0.0, 0.0, -0.5 * size[2]]), Box(*size), "floor", material)
+
+
+def wheels(train: TrainConfig) -> tuple[float, float]:
+    """Returns the distances of the wheels of a train from its centre, along and across [m]."""
+    return CUBE_WHEELS if train.body == "cube" else (train.scale * WHEELS[0], WHEELS[1])
 
 
 def hide_table_frame(laboratory: Laboratory) -> None:

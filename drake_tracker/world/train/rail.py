@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
+from drake_tracker.world.config import TRAIN_SIZE, body_size
 from drake_tracker.world.train.tracks import Track
 
 LATERAL_STIFFNESS = 2000.0  # [N/m]
@@ -15,8 +17,7 @@ DRIVE_GAIN = 60.0  # [N s/m] loses 0.8 mm/s to a drag of .05 N; above .25 kg / (
 DRIVE_LIMIT = 0.6  # [N]
 BRAKING = 0.5  # [m/s^2] at the end of an open track
 END_MARGIN = 0.06  # [m] half a train: its nose stays on the rails
-TRAIN_LENGTH = 0.12  # [m] of a train of scale 1
-TURNING_SHARE = 0.9  # of the moment of inertia about z that is due to the length of a train of scale 1
+CUBE_MASS = 0.2  # of a cube of scale 1, relative to the mass of a train of scale 1 (models train)
 
 # The rail holds fully up to the first number and not at all from the second on.
 LIFT_RANGE = (0.002, 0.004)  # [m] of height above the rail
@@ -28,8 +29,40 @@ Held = tuple[float, float, float, tuple[float, float, float, float, float]]
 """Share of the forces of a train that the rail holds, its heading (x, y), and its place as from `Track.locate`."""
 
 
+class Load(NamedTuple):
+    """A body on the rail. The forces grow with its mass and the torque with its moment of inertia, so that every body
+    moves alike.
+
+    Attributes:
+        half_length: half of its length [m].
+        mass: relative to a train of scale 1.
+        turning: its moment of inertia about z over its mass, relative to a train of scale 1.
+    """
+
+    half_length: float = END_MARGIN
+    mass: float = 1.0
+    turning: float = 1.0
+
+
+def load_of(body: str, scale: float) -> Load:
+    """Returns the body of a model on the rail.
+
+    Args:
+        body: which model, one of `TRAIN_BODIES`.
+        scale: relative to the model.
+    """
+    length, width, _ = body_size(body, scale)
+    mass = CUBE_MASS * scale**3 if body == "cube" else scale
+    return Load(0.5 * length, mass, (length**2 + width**2) / (TRAIN_SIZE[0] ** 2 + TRAIN_SIZE[1] ** 2))
+
+
 def rail_force(
-    track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0, near: float = math.nan
+    track: Track,
+    state: Sequence[float],
+    target_speed: float,
+    height: float,
+    load: Load = Load(),
+    near: float = math.nan,
 ) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
@@ -43,15 +76,14 @@ def rail_force(
             velocity [rad/s], velocity of O [m/s].
         target_speed: speed along the track, negative backwards [m/s].
         height: z_W of O while the train stands on the rail [m].
-        scale: length of the train relative to that of its model. The forces grow with its mass and the torque with its
-            moment of inertia, so that every train moves alike.
+        load: the body of the train.
         near: place of the train a moment ago (see `place_on_rail`) [m].
     """
-    return held_force(track, held_on_rail(track, state, height, near), state, target_speed, scale)
+    return held_force(track, held_on_rail(track, state, height, near), state, target_speed, load)
 
 
 def held_force(
-    track: Track, held: Held | None, state: Sequence[float], target_speed: float, scale: float
+    track: Track, held: Held | None, state: Sequence[float], target_speed: float, load: Load
 ) -> tuple[float, float, float]:
     """As `rail_force`, with the return value of `held_on_rail`."""
     if held is None:
@@ -59,9 +91,9 @@ def held_force(
     grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
     wz, vx, vy = state[9:12]
     if not track.closed:
-        remaining = max(track.length - scale * END_MARGIN - s, 0.0)
+        remaining = max(track.length - load.half_length - s, 0.0)
         target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
-        behind = max(s - scale * END_MARGIN, 0.0)  # a train that runs backwards stays on the rails too
+        behind = max(s - load.half_length, 0.0)  # a train that runs backwards stays on the rails too
         target_speed = max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
 
     speed = vx * tangent_x + vy * tangent_y
@@ -70,11 +102,11 @@ def held_force(
     drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
     yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
     torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
-    push = grip * scale
+    push = grip * load.mass
     return (
         push * (drive * tangent_x - side * tangent_y),
         push * (drive * tangent_y + side * tangent_x),
-        push * (TURNING_SHARE * scale * scale + (1.0 - TURNING_SHARE)) * torque,
+        push * load.turning * torque,
     )
 
 

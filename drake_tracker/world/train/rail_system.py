@@ -18,7 +18,7 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.scene_object import Ride
-from drake_tracker.world.train.rail import held_force, held_on_rail
+from drake_tracker.world.train.rail import held_force, held_on_rail, load_of
 from drake_tracker.world.train.speed_law import (
     check_event,
     check_speed_law,
@@ -64,6 +64,7 @@ class RailSystem(LeafSystem):
         self._ride = ride
         self._body_index = body_index
         self._height = height
+        self._load = load_of(ride.body, ride.scale)
         self._law = (ride.speed_law, ride.speed, ride.variation)
         self._faults = faults_at(faults, SpeedFault)
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
@@ -104,7 +105,7 @@ class RailSystem(LeafSystem):
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
         held = self._held.Eval(context)
-        force_x, force_y, torque_z = held_force(self._ride.track, held, state, target_speed, self._ride.scale)
+        force_x, force_y, torque_z = held_force(self._ride.track, held, state, target_speed, self._load)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))

@@ -14,12 +14,8 @@ from drake_tracker.core.models_path import models_path
 from drake_tracker.world.painted_mesh import CELL, paint_visual, palette_paint
 
 _URL = "package://drake_tracker_models/train/train_{}.sdf"
-PAINTED_CELLS = {"plain": (0, 1), "striped": (2,), "round": (3,), "dark": (10,)}
+PAINTED_CELLS = {"plain": (0, 1), "striped": (2,), "round": (3,), "dark": (10,), "cube": (3,)}
 """{body: numbers of the colours in palette.png that ``train.colour`` replaces}: yellow and cream, white, red, coal."""
-
-
-BODY_HEIGHT = 0.05
-"""Height of a train's body [m]."""
 
 
 def train_colour(body: str) -> np.ndarray:
@@ -47,7 +43,7 @@ def add_train(
         plant: not yet finalized.
         body: which of the train models, one of `TRAIN_BODIES`.
         scale: length of the train relative to its model. Width and height stay, so that it fits track and jaws; the
-            mass grows with the length.
+            mass grows with the length. A cube grows in all directions, on the same base.
         colour: main colour as "#rrggbb"; empty: the colour of the model.
         name: of the model instance.
         scene_graph: with which the plant is registered; needed to change the colour.
@@ -77,15 +73,16 @@ def train_text(body: str, *, scale: float, name: str) -> str:
     root = ElementTree.parse(models_path() / "train" / f"train_{body}.sdf").getroot()
     (model,) = root.iter("model")
     model.set("name", name)
+    stretch = [scale] * 3 if body == "cube" else [scale, 1.0, 1.0]
     for size in model.iter("size"):
-        box = _numbers(size) * [scale, 1.0, 1.0]
+        box = _numbers(size) * stretch
         size.text = _text(box)
-    for pose in model.iter("pose"):
+    for pose in model.iter("pose") if body != "cube" else ():
         pose.text = _text(_numbers(pose) * [scale, *[1.0] * 5])
     for mesh in model.iter("mesh"):
-        ElementTree.SubElement(mesh, "scale").text = _text([scale, 1.0, 1.0])
+        ElementTree.SubElement(mesh, "scale").text = _text(stretch)
     (mass,) = model.iter("mass")
-    kilograms = scale * float(mass.text or "")
+    kilograms = float(np.prod(stretch)) * float(mass.text or "")
     mass.text = repr(kilograms)
     x, y, z = box**2
     for axis, square in (("ixx", y + z), ("iyy", x + z), ("izz", x + y)):

@@ -125,6 +125,7 @@ class WorldDiagram(BaseWorldDiagram):
                 train.start_delay,
                 train.scale,
                 motion.event,
+                train.body,
             ),
             height=rest_height,
             faults=faults,

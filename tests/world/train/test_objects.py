@@ -13,10 +13,10 @@ from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.diagram import make_world
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.setup import resolve
+from drake_tracker.world.config import TRAIN_SIZE
 from drake_tracker.world.train.driven_objects import PARKED, REACHING, RollingBall, WavingHand
 from drake_tracker.world.train.objects_config import OBJECTS, Ball, Hand, Train
 from drake_tracker.world.train.plant import TRAIN_HEIGHT
-from drake_tracker.world.train.rail import TRAIN_LENGTH
 
 REST = 0.45 + TRAIN_HEIGHT
 SPEED = 0.15
@@ -180,7 +180,7 @@ def test_two_trains_on_one_rail_bump_and_stay_on_it():
     trains, objects = laboratory.watch(6.0, period=0.02)
     gaps = np.hypot(*(objects[:, 0, 4:6] - trains[:, 4:6]).T)
     assert np.isfinite(gaps).all()
-    assert 0.9 * TRAIN_LENGTH < gaps.min() < 1.02 * TRAIN_LENGTH
+    assert 0.9 * TRAIN_SIZE[0] < gaps.min() < 1.02 * TRAIN_SIZE[0]
     pushed = np.hypot(*trains[150:, 10:12].T)
     assert pushed.mean() > 1.2 * SPEED, "the faster train pushes the first one"
     for state in (*trains[::10], *objects[::10, 0]):
@@ -195,7 +195,7 @@ def test_a_train_of_another_length_runs_as_smoothly(scale):
     body = laboratory.world.laboratory.train_body
     assert body.default_mass() == pytest.approx(0.25 * scale)
     moments = body.default_spatial_inertia().CalcRotationalInertia().get_moments()
-    length = TRAIN_LENGTH * scale
+    length = TRAIN_SIZE[0] * scale
     assert moments[2] == pytest.approx(0.25 * scale * (length**2 + 0.04**2) / 12.0)
     assert np.hypot(*trains[20:, 10:12].T) == pytest.approx(SPEED, rel=0.03)
     assert np.abs(np.diff(trains[20:, 9])).max() < 0.1, "the yaw rate has no jitter"

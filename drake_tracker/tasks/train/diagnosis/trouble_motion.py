@@ -61,7 +61,7 @@ def motion_troubles(setup: TrainSetup, log: Log, until: float) -> list[Trouble]:
     speed = np.cos(yaw) * vx + np.sin(yaw) * vy
 
     beside = (np.abs(places[:, 1]) > BESIDE) | (np.abs(lift) > RAISED)
-    braking = not track.closed and places[:, 0] > last_place(track, setup.scenario.train.scale) - END_ZONE
+    braking = not track.closed and places[:, 0] > last_place(track, setup.scenario.train) - END_ZONE
     follows = ~beside & (wanted > 0.0) & ~np.asarray(braking)
     found = [
         *_beside_its_track(setup, log, times, beside, until),
