@@ -93,6 +93,7 @@ class ArmDiagram(Diagram):
         clearance: distances that the limiter of the joints keeps; None: it keeps none.
         edge: corrects the target by the cameras' measurements of the hand; None: nothing does.
         swings: whether the hand goes far about the base, see `ToolMotion`.
+        object_yaw: direction in W of an object that does not turn with its path [rad]; None: it points along its path.
 
     Attributes:
         model: as given.
@@ -113,6 +114,7 @@ class ArmDiagram(Diagram):
         clearance: ArmClearance | None = None,
         edge: HandEyeCorrection | None = None,
         swings: bool = False,
+        object_yaw: float | None = None,
     ) -> None:
         super().__init__()
         self.set_name("arm")
@@ -125,6 +127,7 @@ class ArmDiagram(Diagram):
             packet=packet_guard.GetOutputPort("accepted"),
             time_step=time_step,
             period=period,
+            yaw=object_yaw,
         )
         builder.AddSystem(decision)
         target = servo_system.GetOutputPort("target")

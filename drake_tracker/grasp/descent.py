@@ -1,6 +1,8 @@
 """A future or present descent: the packet that it relies on, its end, and its probability of success.
 
-The jaws hold the object if, when the pads touch, it is between them, with both pads beside it and not too oblique. The
+The jaws hold the object if, when the pads touch, it is between them, with both pads beside it and not too oblique. For
+an object that does not turn, the servo's packets give its constant direction, so that 'across' and 'along' mean across
+and along the jaws; its direction has no error, and an error along them can be a surprise. The
 errors across and along the path and in direction are independent. Each is normal with an unknown scale: the estimator
 states a standard deviation, and the errors of its recent predictions say how far this is to be trusted. The error of
 the next prediction then has Student's distribution, whose tails are heavier than the tails of a normal distribution.
@@ -67,7 +69,7 @@ def success_probability(
     x0, y0 = evaluate_prediction(packet, stamp)[:2]
     x, y, _, _, std = evaluate_prediction(packet, stamp + horizon)
     travelled = math.hypot(x - x0, y - y0)
-    turn = 2.0 / travelled if travelled > SHORTEST else 0.0
+    turn = 2.0 / travelled if config.turns and travelled > SHORTEST else 0.0
     # Errors of predictions that overlap in time are nearly the same error.
     count = 1.0 + np.ptp(judged[:, STAMP]) / horizon if len(judged) else 0.0
     room = _room(config)
@@ -99,6 +101,8 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
         distance: distance that the object will travel from the measurement to the touch [m].
     """
     wrong = (np.abs(records[:, LATERAL]) > _room(config)) | (np.abs(records[:, TURN]) > OBLIQUE)
+    if not config.turns:
+        wrong |= np.abs(records[:, ALONG]) > config.reach
     stamps = records[wrong, STAMP]
     count = int(np.count_nonzero(np.diff(stamps, prepend=-np.inf) > horizon))
     if count == 0:

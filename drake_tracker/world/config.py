@@ -128,6 +128,9 @@ class TrackConfig:
     speed_law: str = setting("constant", "how the speed varies with time", choices=SPEED_LAWS)
     variation: float = setting(0.15, "amplitude of a varying speed as a fraction of the mean speed", "", (0.0, 0.9))
     event: NoEvent | Stop | Reverse | ChangeSpeed = setting(NoEvent, "a sudden change of the speed")
+    turns: bool = setting(
+        True, "whether the train turns with the track; false: it lies along x of the world, as the controller knows"
+    )
     direction: str = setting(
         "random", "direction of travel; random: drawn from the seed", choices=("random", "forward", "backward")
     )

@@ -27,6 +27,7 @@ class Ride:
         scale: length of the train relative to its model.
         event: sudden change of the speed.
         body: which of the train models it is.
+        turns: whether it turns with the track; otherwise it lies along x_W.
     """
 
     track: Track
@@ -38,6 +39,7 @@ class Ride:
     scale: float = 1.0
     event: SpeedEvent | NoEvent = NoEvent()
     body: str = "plain"
+    turns: bool = True
 
 
 class SceneObject(Protocol):

@@ -13,12 +13,14 @@ from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.motion.tool_motion import JUMP_DISTANCE
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
+    KNOT_FIELDS,
     Frozen,
     Prediction,
     evaluate_prediction,
     message_size,
     packet_target,
     prediction_end,
+    prediction_knots,
 )
 from drake_tracker.estimation.parts.alpha_beta_gamma_filter import (
     AlphaBetaGammaGains,
@@ -67,14 +69,23 @@ class Servo:
         settings: the filter's tracking indices, and the age from which the target is stale.
         coast: time [s] past the end of the last packet's path for which the target stays valid.
         lead: time from the tick to the instant for which its set-point is due [s].
+        yaw: direction in W of an object that does not turn with its path [rad]; None: it points along its path.
     """
 
-    def __init__(self, settings: ServoConfig = ServoConfig(), *, coast: float = 0.3, lead: float = 0.0) -> None:
+    def __init__(
+        self,
+        settings: ServoConfig = ServoConfig(),
+        *,
+        coast: float = 0.3,
+        lead: float = 0.0,
+        yaw: float | None = None,
+    ) -> None:
         self.gains = _gains(settings.tracking_index, settings.yaw_tracking_index)
         self.descent_gains = _gains(settings.descent_tracking_index, settings.descent_yaw_tracking_index)
         self.stale_after = settings.stale_after
         self.coast = coast
         self.lead = lead
+        self.yaw = yaw
 
     def initial_state(self) -> ServoState:
         """Returns the state before the first packet."""
@@ -102,7 +113,10 @@ class Servo:
         if not blind and _is_newer(packet, Prediction(held).stamp):
             other = packet_target(Prediction(packet).seq) != packet_target(Prediction(held).seq)
             if not (other and frozen == Frozen.GUIDED):
-                held = read_only(packet.copy())
+                held = packet.copy()
+                if self.yaw is not None:
+                    prediction_knots(held)[:, KNOT_FIELDS.index("yaw")] = self.yaw
+                held = read_only(held)
         if not Prediction(held).valid:
             return ServoState(due, state.x, state.v, state.a, held, arrived, newest, True, False)
         stale = not blind and time - arrived > self.stale_after

@@ -63,7 +63,9 @@ class ServoSystem(LeafSystem):
         output.SetFromVector(context.get_abstract_state(int(self._state)).get_value().packet)
 
 
-def make_servo_system(settings: ServoConfig, time_step: float = TIME_STEP, period: float = SERVO_PERIOD) -> ServoSystem:
+def make_servo_system(
+    settings: ServoConfig, time_step: float = TIME_STEP, period: float = SERVO_PERIOD, yaw: float | None = None
+) -> ServoSystem:
     """Returns the System of a trajectory generator.
 
     A set-point computed in the servo's slot is sampled at the end of the period, and the spline passes it
@@ -73,9 +75,10 @@ def make_servo_system(settings: ServoConfig, time_step: float = TIME_STEP, perio
         settings: parameters of the filter.
         time_step: the plant's step [s].
         period: period of the set-points [s].
+        yaw: as for `Servo`.
     """
     lead = (1.0 + SPLINE_DELAY) * period - servo_slot(SERVO_SLOT, time_step, period)
-    return ServoSystem(Servo(settings, lead=lead), time_step, period)
+    return ServoSystem(Servo(settings, lead=lead, yaw=yaw), time_step, period)
 
 
 def add_servo(
@@ -86,6 +89,7 @@ def add_servo(
     command: OutputPort | None = None,
     time_step: float = TIME_STEP,
     period: float = SERVO_PERIOD,
+    yaw: float | None = None,
     name: str = "servo",
 ) -> ServoSystem:
     """Adds a trajectory generator to a diagram under construction, and returns it.
@@ -97,9 +101,10 @@ def add_servo(
         command: output port of the command to the arm (`ArmCommand`); None leaves the input unconnected.
         time_step: the plant's step [s].
         period: period of the set-points [s].
+        yaw: as for `Servo`.
         name: name of the System.
     """
-    servo = builder.AddNamedSystem(name, make_servo_system(settings, time_step, period))
+    servo = builder.AddNamedSystem(name, make_servo_system(settings, time_step, period, yaw))
     for source, port in ((packet, "packet"), (command, "command")):
         if source is not None:
             builder.Connect(source, servo.GetInputPort(port))

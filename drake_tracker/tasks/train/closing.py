@@ -66,7 +66,8 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None
-    times, hand = _frozen_path(log, launch.start)
+    turns = setup.scenario.track.turns
+    times, hand = _frozen_path(log, launch.start, turns)
     (launched,) = train_pose(log, [launch.start])
     if len(times) < 2 or np.isnan(launched).any():
         return None
@@ -75,7 +76,7 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     law = (config.speed_law, config.speed, config.variation)
     gone = np.array([distance_at(*law, t, setup.scenario.train.start_delay) for t in (launch.start, *times)])
     near = train_places(setup, log, launch.start)[-1, 0]
-    s = track.locate(launched[0], launched[1], math.cos(launched[3]), math.sin(launched[3]), near)[0]
+    s = track.locate(*launched[:2], turns * math.cos(launched[3]), turns * math.sin(launched[3]), near)[0]
     x, y, _ = track.pose(s + gone[1:] - gone[0])
     along, across = _in_hand(hand, x, y)
     length, _, _ = body_size(setup.scenario.train.body, setup.scenario.train.scale)
@@ -164,12 +165,13 @@ def _contacts(log: Log, start: float, end: float) -> np.ndarray:
     return verdict.times[contact & (verdict.times >= start) & (verdict.times < end)]
 
 
-def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:
+def _frozen_path(log: Log, launch: float, turns: bool) -> tuple[np.ndarray, np.ndarray]:
     """Returns the path of the hand that was frozen at a launch.
 
     Args:
         log: {name: Signal} of the run.
         launch: time of the launch [s].
+        turns: whether the hand turns with the path.
 
     Returns (times [s], shape (n,); path (x, y, yaw) in W [m, rad], shape (n, 3)).
     """
@@ -190,7 +192,7 @@ def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:
         beyond = [evaluate_prediction(packet, t)[[0, 1, 3]] for t in later]
         known_times, known = np.concatenate([known_times, later]), np.concatenate([known, beyond])
     times = np.arange(known_times[0], end, _STEP)
-    known[:, 2] = np.unwrap(known[:, 2])
+    known[:, 2] = np.unwrap(known[:, 2]) if turns else known[0, 2]
     return times, np.column_stack([np.interp(times, known_times, row) for row in known.T])
 
 

@@ -189,6 +189,7 @@ def add_arm(setup: TrainSetup, builder: DiagramBuilder) -> ArmDiagram:
             jaw_opening=scenario.grasp.jaw_opening,
             clearance=ArmClearance(setup.arm, [table_box(height=scenario.table_height)]),
             edge=HandEyeCorrection(scenario.hand_eye) if setup.sees_hand else None,
+            object_yaw=None if scenario.track.turns else 0.0,
         )
     )
 

@@ -71,9 +71,10 @@ def train_places(setup: TrainSetup, log: Mapping[str, Signal], until: float) -> 
     """
     truth, (track, near), places = log["truth_train_state"], setup.placement, []
     times = truth.times[truth.times <= until]
+    turns = setup.scenario.track.turns  # if not, the heading does not tell branches apart
     for state, (x, y, _, yaw) in zip(truth.data.tolist(), train_pose(log, times)):
-        near = place_on_rail(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near)
-        places.append(track.locate(x, y, math.cos(yaw), math.sin(yaw), near)[:2])
+        near = place_on_rail(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near, turns)
+        places.append(track.locate(x, y, turns * math.cos(yaw), turns * math.sin(yaw), near)[:2])
     return np.array(places).reshape(-1, 2)
 
 

@@ -49,6 +49,7 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
                 start_delay=settings.start_delay,
                 scale=settings.scale,
                 body=settings.body,
+                turns=config.turns,
             )
         elif isinstance(settings, Ball):
             _check_ball(scenario, number, settings)

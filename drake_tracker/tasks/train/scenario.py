@@ -201,7 +201,11 @@ class TrainScenario(BaseScenario):
     def __post_init__(self) -> None:
         grasp, (length, width, _) = self.grasp, body_size(self.train.body, self.train.scale)
         known = width if grasp.object_width == grasp.body_width else grasp.object_width
-        object.__setattr__(self, "grasp", replace(grasp, object_width=known, body_width=width, reach=0.5 * length))
+        object.__setattr__(
+            self,
+            "grasp",
+            replace(grasp, object_width=known, body_width=width, turns=self.track.turns, reach=0.5 * length),
+        )
 
     @classmethod
     def present(cls, tree: Value, notes: list[str]) -> Value:

@@ -175,7 +175,7 @@ def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None
         volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
         where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
         return f"the track passes {where}, outside the {volume} (vision.work_volume)"
-    beyond = off_table(track, start, scenario.train)
+    beyond = off_table(track, start, scenario.train, scenario.track.turns)
     if beyond is not None:
         (x_low, y_low), (x_high, y_high) = TABLE_TOP
         table = f"which covers x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} m"
@@ -242,13 +242,16 @@ def check_track(scenario: TrainScenario, track: Track, start: float, reach: Reac
         raise DrakeTrackerError(f"{what} = {scenario.track.kind}: {problem}")
 
 
-def off_table(track: Track, start: float, train: TrainConfig = TrainConfig()) -> tuple[float, float] | None:
+def off_table(
+    track: Track, start: float, train: TrainConfig = TrainConfig(), turns: bool = True
+) -> tuple[float, float] | None:
     """Returns a place (x, y) in W at which a wheel of the train, or an end of the rails, is beyond the table [m].
 
     Args:
         track: the track in the direction of travel.
         start: arc length at which the train starts [m].
         train: the train.
+        turns: whether it turns with the track; otherwise it lies along x_W.
 
     Returns None when the table supports the train from its start to where it stops.
     """
@@ -256,7 +259,7 @@ def off_table(track: Track, start: float, train: TrainConfig = TrainConfig()) ->
     if track.closed:
         s = np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False)
     x, y, heading = track.pose(s)
-    cos, sin = np.cos(heading), np.sin(heading)
+    cos, sin = np.cos(turns * heading), np.sin(turns * heading)
     places = [np.column_stack(track.pose(np.array([0.0, track.length]))[:2])]
     ahead, aside = wheels(train)
     for along in (-ahead, ahead):

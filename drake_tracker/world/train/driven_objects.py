@@ -185,5 +185,5 @@ class OtherTrain:
         if look.track is not None:
             add_track_visual(plant, track=ride.track, table_height=self.table_height, name=f"{self.name}_track")
         body = plant.GetBodyByName("train", train)
-        plant.SetDefaultFloatingBaseBodyPose(body, train_pose(ride.track, ride.start, self.table_height))
+        plant.SetDefaultFloatingBaseBodyPose(body, train_pose(ride.track, ride.start, self.table_height, ride.turns))
         return body

@@ -56,6 +56,7 @@ class GraspJudgeSystem(LeafSystem):
         track: on which the train runs.
         rest_height: z_W of the train's reference point while it stands on the rail [m].
         others: body and track of each further train that may be grasped.
+        turns: whether the heading of a train tells the branches of its track apart.
         period: of the update [s].
         offset: of the update [s].
     """
@@ -67,10 +68,12 @@ class GraspJudgeSystem(LeafSystem):
         track: Track,
         rest_height: float,
         others: Sequence[tuple[RigidBody, Track]] = (),
+        turns: bool = True,
         period: float = VISION_PERIOD,
         offset: float = 0.0,
     ) -> None:
         super().__init__()
+        self._turns = turns
         self._tracks = (track, *(each for _, each in others))
         plant = laboratory.plant
         self._rest_height = rest_height
@@ -132,7 +135,8 @@ class GraspJudgeSystem(LeafSystem):
         spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
         upright = (spin - tilt) / (spin + tilt)
         heading = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
-        _, lateral = self._tracks[number].nearest(x, y, heading)
+        track = self._tracks[number]
+        lateral = track.nearest(x, y, heading)[1] if self._turns else track.locate(x, y, 0.0, 0.0)[1]
         return upright < np.cos(TIPPED) or abs(lateral) > OFF_TRACK
 
 
@@ -143,6 +147,7 @@ def add_grasp_judge(
     track: Track,
     rest_height: float,
     others: Sequence[tuple[RigidBody, Track]] = (),
+    turns: bool = True,
     name: str = "judge",
 ) -> GraspJudgeSystem:
     """Adds a `GraspJudgeSystem` and connects it to the plant of a laboratory.
@@ -153,11 +158,12 @@ def add_grasp_judge(
         track: as for `GraspJudgeSystem`.
         rest_height: as for `GraspJudgeSystem`.
         others: as for `GraspJudgeSystem`.
+        turns: as for `GraspJudgeSystem`.
         name: of the System.
     """
     plant = laboratory.plant
     judge = builder.AddNamedSystem(
-        name, GraspJudgeSystem(laboratory=laboratory, track=track, rest_height=rest_height, others=others)
+        name, GraspJudgeSystem(laboratory=laboratory, track=track, rest_height=rest_height, others=others, turns=turns)
     )
     builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
     builder.Connect(plant.get_state_output_port(laboratory.train), judge.GetInputPort("train_state"))

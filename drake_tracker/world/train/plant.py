@@ -195,7 +195,7 @@ def table_box(*, height: float, x: float = 0.0) -> tuple[tuple[float, float, flo
     return (x_low + x, y_low, 0.0), (x_high + x, y_high, height)
 
 
-def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height: float) -> None:
+def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height: float, turns: bool = True) -> None:
     """Puts the train at rest on the track, in every default Context of the plant.
 
     Args:
@@ -203,18 +203,20 @@ def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height:
         track: the track.
         s: arc length at which the train stands [m].
         table_height: height of the table's top in W [m].
+        turns: whether it stands along the track; otherwise along x_W.
     """
-    X_WO = train_pose(track, s, table_height)
+    X_WO = train_pose(track, s, table_height, turns)
     laboratory.plant.SetDefaultFloatingBaseBodyPose(laboratory.train_body, X_WO)
 
 
-def train_pose(track: Track, s: float, table_height: float) -> RigidTransform:
+def train_pose(track: Track, s: float, table_height: float, turns: bool = True) -> RigidTransform:
     """Returns the pose in W of a train that stands on a track.
 
     Args:
         track: the track.
         s: arc length at which the train stands [m].
         table_height: height of the table's top in W [m].
+        turns: whether it stands along the track; otherwise along x_W.
     """
     x, y, heading = track.pose(s)
-    return RigidTransform(RotationMatrix.MakeZRotation(heading), [x, y, table_height + TRAIN_HEIGHT])
+    return RigidTransform(RotationMatrix.MakeZRotation(heading if turns else 0.0), [x, y, table_height + TRAIN_HEIGHT])

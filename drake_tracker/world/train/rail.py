@@ -58,11 +58,11 @@ def load_of(body: str, scale: float) -> Load:
 
 def rail_force(
     track: Track,
+    held: Held | None,
     state: Sequence[float],
     target_speed: float,
-    height: float,
     load: Load = Load(),
-    near: float = math.nan,
+    turns: bool = True,
 ) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
@@ -72,20 +72,12 @@ def rail_force(
 
     Args:
         track: travelled in the direction of growing arc length.
-        state: the 13 numbers of a free body in W, as plain floats: quaternion w, x, y, z, position of O [m], angular
-            velocity [rad/s], velocity of O [m/s].
+        held: as from `held_on_rail`.
+        state: as for `held_on_rail`.
         target_speed: speed along the track, negative backwards [m/s].
-        height: z_W of O while the train stands on the rail [m].
         load: the body of the train.
-        near: place of the train a moment ago (see `place_on_rail`) [m].
+        turns: whether the train's x axis is drawn along the track; otherwise along x_W.
     """
-    return held_force(track, held_on_rail(track, state, height, near), state, target_speed, load)
-
-
-def held_force(
-    track: Track, held: Held | None, state: Sequence[float], target_speed: float, load: Load
-) -> tuple[float, float, float]:
-    """As `rail_force`, with the return value of `held_on_rail`."""
     if held is None:
         return 0.0, 0.0, 0.0
     grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
@@ -100,8 +92,9 @@ def held_force(
     drift = vy * tangent_x - vx * tangent_y
     side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
     drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
-    yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
-    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
+    goal_x, goal_y, goal_rate = (tangent_x, tangent_y, curvature * speed) if turns else (1.0, 0.0, 0.0)
+    yaw_error = math.atan2(heading_x * goal_y - heading_y * goal_x, heading_x * goal_x + heading_y * goal_y)
+    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (goal_rate - wz), YAW_LIMIT)
     push = grip * load.mass
     return (
         push * (drive * tangent_x - side * tangent_y),
@@ -110,21 +103,20 @@ def held_force(
     )
 
 
-def place_on_rail(track: Track, state: Sequence[float], height: float, near: float) -> float:
-    """Returns the arc length [m] at which the rail holds a train, NaN where it does not.
+def held_on_rail(
+    track: Track, state: Sequence[float], height: float, near: float = math.nan, turns: bool = True
+) -> Held | None:
+    """Returns how the rail holds a train, None off the rail.
 
     Args:
-        track: as for `rail_force`.
-        state: as for `rail_force`.
-        height: as for `rail_force`.
-        near: the last place, near which the track is searched; NaN to search the whole track.
+        track: travelled in the direction of growing arc length.
+        state: the 13 numbers of a free body in W, as plain floats: quaternion w, x, y, z, position of O [m], angular
+            velocity [rad/s], velocity of O [m/s].
+        height: z_W of O while the train stands on the rail [m].
+        near: arc length at which the rail held the train a moment ago, near which the track is searched [m]; NaN to
+            search the whole track.
+        turns: as for `rail_force`.
     """
-    held = held_on_rail(track, state, height, near)
-    return held[3][0] if held else math.nan
-
-
-def held_on_rail(track: Track, state: Sequence[float], height: float, near: float) -> Held | None:
-    """Returns how the rail holds a train, None off the rail; see `place_on_rail`."""
     qw, qx, qy, qz, x, y, z = state[:7]
     # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
     spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
@@ -135,7 +127,8 @@ def held_on_rail(track: Track, state: Sequence[float], height: float, near: floa
     heading_y = 2.0 * (qx * qy + qw * qz)
     norm = math.hypot(heading_x, heading_y)
     heading_x, heading_y = heading_x / norm, heading_y / norm
-    located = track.locate(x, y, heading_x, heading_y, near)
+    # Without a heading, only the distance and the last place tell one branch of the track from another.
+    located = track.locate(x, y, heading_x, heading_y, near) if turns else track.locate(x, y, 0.0, 0.0, near)
     grip *= _fade(abs(located[1]), REACH_RANGE)
     return (grip, heading_x, heading_y, located) if grip > 0.0 else None
 

@@ -117,7 +117,7 @@ class Track:
         Args:
             x: of the point [m].
             y: of the point [m].
-            heading_x: unit vector of the heading.
+            heading_x: unit vector of the heading; zero if it does not tell branches apart.
             heading_y: the same.
             near: arc length of a place that the point passed shortly before [m]. Only the track within `WINDOW` of it
                 is searched, so that other branches do not count. The whole track is searched when it is NaN, when the

@@ -107,7 +107,7 @@ class WorldDiagram(BaseWorldDiagram):
         )
         plant = laboratory.plant
         self.place_robot(config)
-        place_train(laboratory, track=track, s=start, table_height=table_height)
+        place_train(laboratory, track=track, s=start, table_height=table_height, turns=motion.turns)
 
         # Drive the trains and objects.
         rest_height = table_height + TRAIN_HEIGHT
@@ -126,6 +126,7 @@ class WorldDiagram(BaseWorldDiagram):
                 train.scale,
                 motion.event,
                 train.body,
+                motion.turns,
             ),
             height=rest_height,
             faults=faults,
@@ -147,7 +148,14 @@ class WorldDiagram(BaseWorldDiagram):
             for body, each in zip(laboratory.object_bodies, objects)
             if isinstance(each.motion, Ride) and judge_all
         ]
-        judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height, others=others)
+        judge = add_grasp_judge(
+            builder,
+            laboratory=laboratory,
+            track=track,
+            rest_height=rest_height,
+            others=others,
+            turns=motion.turns,
+        )
 
         self.export_robot(builder, config)
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")

@@ -51,10 +51,11 @@ def motion_troubles(setup: TrainSetup, log: Log, until: float) -> list[Trouble]:
     times = truth.times[seen]
     if len(times) == 0 or FIRST_TRAIN in log:
         return []
-    yaw = train_pose(log, times)[:, 3]
     vx, vy = truth.view("vx", "vy")[seen].T
     track, _ = setup.placement
     places = train_places(setup, log, until)[seen[truth.times <= until]]
+    turns = setup.scenario.track.turns
+    yaw = train_pose(log, times)[:, 3] if turns else track.pose(places[:, 0])[2]
     lift = np.interp(times, verdict.times, verdict["lift"])
     law = (setup.scenario.track.speed_law, setup.scenario.track.speed, setup.scenario.track.variation)
     wanted = np.array([speed_at(*law, time, setup.scenario.train.start_delay) for time in times])
