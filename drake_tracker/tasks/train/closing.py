@@ -50,8 +50,8 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     touch: the hand continues along the path frozen at the launch (the servo's target and, beyond the end of the log,
     the packet on which it is based), and the train continues along its track according to its speed law. The middle of
     the train leaves the space between the open jaws when it is more than `clearance` across or `SHARE_ALONG` of half of
-    its length along the jaws from their middle. The pads must touch by then, hence closing must begin earlier by the travel time of the
-    jaws. If the train has not left when the path of the packet ends, the end of the path is used.
+    its length along the jaws from their middle. The pads must touch by then, hence closing must begin earlier by the
+    travel time of the jaws. If the train has not left when the path of the packet ends, the end of the path is used.
 
     Args:
         setup: the resolved scenario of the run.
