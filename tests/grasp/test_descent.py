@@ -7,7 +7,6 @@ from drake_tracker.grasp.descent import (
     BESIDE,
     CATCHING_UP,
     OBLIQUE,
-    REACH,
     RESPONSE,
     TRUST,
     Offset,
@@ -23,6 +22,7 @@ from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TU
 
 CONFIG = GraspConfig(descent="blind", gate="auto")
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
+REACH = CONFIG.reach
 ROOM = 0.5 * (CONFIG.jaw_opening - CONFIG.object_width)
 
 
@@ -186,3 +186,22 @@ def test_a_hand_that_is_elsewhere_has_time_to_catch_up_until_its_fingers_are_bes
         for height in (BESIDE + 0.01, BESIDE - 0.01)
     )
     assert high > 0.95 and low < 0.05
+
+
+def test_an_object_that_does_not_turn_may_be_missed_along_the_jaws_but_not_in_direction():
+    cube = GraspConfig(object_width=0.030, reach=0.015, turns=False)
+
+    def chance(across, along):
+        at_rest_in_direction = judged(lateral=0.001, along=0.001)
+        offset = Offset(across, along)
+        return success_probability(cube, packet(), HORIZON, STAMP_NOW, at_rest_in_direction, offset)
+
+    assert chance(0.0, 0.0) > 0.99
+    assert chance(0.0, 0.015) == pytest.approx(0.5, abs=0.01)  # half of the cube's edge
+    assert chance(0.015, 0.0) > 0.99
+    assert chance(0.029, 0.0) == pytest.approx(0.5, abs=0.01)  # half of the room between jaws and cube
+    corner = judged()
+    corner[10, ALONG] = 0.02
+    corner[:, X] = np.linspace(0.0, 0.2, len(corner))
+    assert no_surprise(cube, corner, HORIZON, 0.05) == pytest.approx(0.8)
+    assert no_surprise(CONFIG, corner, HORIZON, 0.05) == 1.0

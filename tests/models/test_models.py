@@ -94,7 +94,11 @@ def tilt_deg(X):
 
 def test_each_kind_of_model_is_there():
     expected = ["ball", "cup", "floor", "gripper", "puma560", "seven_joint", "table", "ur5e"]
-    files = [f"{name}/{name}.sdf" for name in expected] + [f"train/train_{body}.sdf" for body in TRAINS] + [MARKED]
+    files = (
+        [f"{name}/{name}.sdf" for name in expected]
+        + [f"train/train_{body}.sdf" for body in [*TRAINS, "cube"]]
+        + [MARKED]
+    )
     assert sorted(files) == MODEL_FILES
 
 

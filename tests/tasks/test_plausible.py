@@ -8,7 +8,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.plausible import BYTES_AHEAD, BYTES_PER_PIXEL, MOST_IMAGE_MEMORY
-from drake_tracker.world.config import TRAIN_BODIES, TRAIN_WIDTH
+from drake_tracker.world.config import CUBE_EDGE, TRAIN_BODIES, TRAIN_WIDTH, body_size
 
 LARGE = ("camera.width=2048", "camera.height=2048")
 NARROW = "leaves the jaws too narrow: they open to 0.044 m, and an object of 0.04 m needs 0.05 m"
@@ -78,4 +78,21 @@ def test_images_that_need_too_much_memory_are_refused_with_the_memory_that_they_
 def test_the_width_of_the_train_is_that_of_its_models():
     for body in TRAIN_BODIES:
         text = (models_path() / "train" / f"train_{body}.sdf").read_text()
-        assert float(re.search(r"<size>\S+ (\S+) \S+</size>", text)[1]) == TRAIN_WIDTH, body
+        size = tuple(map(float, re.search(r"<size>(.*)</size>", text)[1].split()))
+        assert size == body_size(body, 1.0), body
+        assert size[1] == (CUBE_EDGE if body == "cube" else TRAIN_WIDTH), body
+
+
+def test_width_and_reach_of_the_grasp_follow_from_the_body():
+    for body, scale, width, reach in (
+        ("plain", 1.5, 0.040, 0.090),
+        ("cube", 1.0, 0.030, 0.015),
+        ("cube", 1.5, 0.045, 0.0225),
+    ):
+        grasp = load_scenario("train", overrides=[f"train.body={body}", f"train.scale={scale}"]).grasp
+        assert (grasp.object_width, grasp.reach) == pytest.approx((width, reach))
+    cube = load_scenario("train", overrides=["train.body=cube"])
+    assert cube.with_settings({"train.scale": 1.5}).grasp.object_width == pytest.approx(0.045)
+    assert cube.with_settings({"train.body": "plain"}).grasp.object_width == TRAIN_WIDTH
+    own = load_scenario("train", overrides=["train.body=cube", "grasp.object_width=0.028"])
+    assert own.with_settings({"train.scale": 1.5}).grasp.object_width == 0.028

@@ -84,7 +84,13 @@ def test_colours_are_in_images_with_shadows(reach):
 def test_the_painted_cells_are_the_main_colours_of_the_models():
     names = list(PALETTE)
     painted = {body: [names[cell] for cell in cells] for body, cells in PAINTED_CELLS.items()}
-    assert painted == {"plain": ["yellow", "cream"], "striped": ["white"], "round": ["red"], "dark": ["coal"]}
+    assert painted == {
+        "plain": ["yellow", "cream"],
+        "striped": ["white"],
+        "round": ["red"],
+        "dark": ["coal"],
+        "cube": ["red"],
+    }
     assert painted_mesh.CELL == mesh_builder.CELL
 
 

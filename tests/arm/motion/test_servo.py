@@ -322,3 +322,11 @@ def test_a_guided_descent_stays_with_its_object():
     np.testing.assert_allclose(states[-1].x[:2], (0.6, 0.1), atol=1e-6)
     free = servo.update(states[-1], 1.3, packet_at(1.3 - LAG, circle, other), Frozen.FREE)
     assert np.linalg.norm(free.x[:2] - circle(free.due)[:2]) < 0.01
+
+
+def test_an_object_that_does_not_turn_keeps_its_direction_and_its_path():
+    turning, fixed = (run(Servo(lead=LEAD, yaw=yaw), 1.0, 4.0, live()) for yaw in (None, 0.5))
+    for with_path, without in zip(turning[20:], fixed[20:]):
+        np.testing.assert_array_equal(without.x[:3], with_path.x[:3])
+        assert without.x[3] == pytest.approx(0.5) and without.v[3] == pytest.approx(0.0, abs=1e-9)
+        np.testing.assert_array_equal(Prediction(without.packet).stamp, Prediction(with_path.packet).stamp)
