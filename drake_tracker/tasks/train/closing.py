@@ -76,9 +76,10 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     law = (config.speed_law, config.speed, config.variation)
     gone = np.array([distance_at(*law, t, setup.scenario.train.start_delay) for t in (launch.start, *times)])
     near = train_places(setup, log, launch.start)[-1, 0]
-    s = track.locate(*launched[:2], turns * math.cos(launched[3]), turns * math.sin(launched[3]), near)[0]
-    x, y, _ = track.pose(s + gone[1:] - gone[0])
-    along, across = _in_hand(hand, x, y)
+    x, y, yaw = launched[[0, 1, 3]].tolist()
+    s = track.locate(x, y, turns * math.cos(yaw), turns * math.sin(yaw), near)[0]
+    ahead_x, ahead_y, _ = track.pose(s + gone[1:] - gone[0])
+    along, across = _in_hand(hand, ahead_x, ahead_y)
     length, _, _ = body_size(setup.scenario.train.body, setup.scenario.train.scale)
     fits = (np.abs(across) <= clearance(setup)) & (np.abs(along) <= 0.5 * SHARE_ALONG * length)
     if not fits[0]:
