@@ -15,16 +15,14 @@ class GraspConfig:
     the middle of the body. Each setting is described by its ``help``.
 
     Attributes:
-        body_width: width of ``train.body`` [m], which ``object_width`` follows as long as it has the same value.
-        turns: whether the object turns with its path (``track.turns``); otherwise the jaws keep their direction.
-        reach: largest error along the jaws at which they still hold the object [m]: half of its length. The scenario
-            fills in all three; they are not settings.
+        turns: whether the object turns with its path; otherwise the jaws keep their direction.
+        reach: largest error along the jaws at which they still hold the object [m]: half of its length. Both follow
+            from the object, and are no settings.
     """
 
     object_width: float = setting(
         0.040, "width of the object between the jaws; 0.04: that of train.body", "m", (0.005, 0.085)
     )
-    body_width: float = field(default=0.040, kw_only=True, compare=False, repr=False)
     turns: bool = field(default=True, kw_only=True, repr=False)
     reach: float = field(default=0.060, kw_only=True, repr=False)
     jaw_opening: float = setting(0.088, "opening of the jaws before the grasp", "m", (0.010, 0.090))

@@ -8,6 +8,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.plausible import BYTES_AHEAD, BYTES_PER_PIXEL, MOST_IMAGE_MEMORY
+from drake_tracker.tasks.train.scenario import grasp_of
 from drake_tracker.world.config import CUBE_EDGE, TRAIN_BODIES, TRAIN_WIDTH, body_size
 
 LARGE = ("camera.width=2048", "camera.height=2048")
@@ -89,10 +90,7 @@ def test_width_and_reach_of_the_grasp_follow_from_the_body():
         ("cube", 1.0, 0.030, 0.015),
         ("cube", 1.5, 0.045, 0.0225),
     ):
-        grasp = load_scenario("train", overrides=[f"train.body={body}", f"train.scale={scale}"]).grasp
+        grasp = grasp_of(load_scenario("train", overrides=[f"train.body={body}", f"train.scale={scale}"]))
         assert (grasp.object_width, grasp.reach) == pytest.approx((width, reach))
-    cube = load_scenario("train", overrides=["train.body=cube"])
-    assert cube.with_settings({"train.scale": 1.5}).grasp.object_width == pytest.approx(0.045)
-    assert cube.with_settings({"train.body": "plain"}).grasp.object_width == TRAIN_WIDTH
-    own = load_scenario("train", overrides=["train.body=cube", "grasp.object_width=0.028"])
-    assert own.with_settings({"train.scale": 1.5}).grasp.object_width == 0.028
+    own = load_scenario("train", overrides=["train.body=cube", "train.scale=1.5", "grasp.object_width=0.028"])
+    assert grasp_of(own).object_width == 0.028

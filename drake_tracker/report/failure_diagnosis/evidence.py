@@ -92,7 +92,7 @@ class Evidence:
     """
 
     def __init__(self, setup: TrainSetup, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> None:
-        self._grasp, self._log, self._spans = setup.scenario.grasp, log, spans
+        self._grasp, self._log, self._spans = setup.grasp, log, spans
         self._launches = [span.start for span in spans if span.phase == Phase.INTERCEPT]
         prediction = log["prediction"]
         rows = fresh_packets(prediction)

@@ -40,7 +40,7 @@ class Contact(NamedTuple):
 
 def clearance(setup: TrainSetup) -> float:
     """Returns the greatest distance across the open jaws, from their middle, at which the train still fits [m]."""
-    return 0.5 * (setup.scenario.grasp.jaw_opening - setup.scenario.grasp.object_width)
+    return 0.5 * (setup.grasp.jaw_opening - setup.grasp.object_width)
 
 
 def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> float | None:
@@ -85,7 +85,7 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
     if not fits[0]:
         return None
     leaves = times[-1] if fits.all() else times[np.argmin(fits)]
-    return float(close.start - (leaves - touch_delay(setup.scenario.grasp)))
+    return float(close.start - (leaves - touch_delay(setup.grasp)))
 
 
 def contact_of(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Contact | None:
@@ -99,7 +99,7 @@ def contact_of(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Conta
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None
-    touch = close.start + touch_delay(setup.scenario.grasp)
+    touch = close.start + touch_delay(setup.grasp)
     contacts = _contacts(log, launch.start, touch + LATEST)
     return Contact(float(contacts[0]), True) if len(contacts) else Contact(touch, False)
 
@@ -120,7 +120,7 @@ def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> 
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None
-    touch = close.start + touch_delay(setup.scenario.grasp)
+    touch = close.start + touch_delay(setup.grasp)
     early = _contacts(log, launch.start, touch)
     when = [early[0] if len(early) else touch]
     (train,), hand = train_pose(log, when), tool_pose(log, when)

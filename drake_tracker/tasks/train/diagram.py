@@ -109,8 +109,8 @@ def make_world(
     config = WorldConfig(
         arm=setup.arm,
         q_initial=setup.reach.q_initial,
-        jaw_opening=scenario.grasp.jaw_opening,
-        grip_force=scenario.grasp.grip_force,
+        jaw_opening=setup.grasp.jaw_opening,
+        grip_force=setup.grasp.grip_force,
         lighting=scenario.lighting,
         windows=windows,
         pipeline=pipeline,
@@ -149,7 +149,7 @@ def add_host(setup: TrainSetup, builder: DiagramBuilder) -> EstimatorSystem | Es
 def make_train_host(setup: TrainSetup) -> EstimatorSystem | EstimatorBankSystem:
     """Returns the host that `add_host` adds."""
     estimator = estimator_of(setup.scenario.estimator, setup.scenario.where("estimator"))
-    if setup.scenario.grasp.descent == "guided":
+    if setup.grasp.descent == "guided":
         estimator = with_speed_change_detection(estimator)
     return make_host(estimator, setup.scenario.time_step, setup.faults, setup.several)
 
@@ -175,7 +175,7 @@ def add_arm(setup: TrainSetup, builder: DiagramBuilder) -> ArmDiagram:
         builder: of the diagram.
     """
     scenario, reach = setup.scenario, setup.reach
-    grasp = GraspSystem(GraspMachine(scenario.grasp, reach.model, SERVO_PERIOD, setup.home[2]), scenario.time_step)
+    grasp = GraspSystem(GraspMachine(setup.grasp, reach.model, SERVO_PERIOD, setup.home[2]), scenario.time_step)
     grasp.set_name("grasp")
     return builder.AddSystem(
         ArmDiagram(
@@ -186,7 +186,7 @@ def add_arm(setup: TrainSetup, builder: DiagramBuilder) -> ArmDiagram:
             reach.q_initial,
             setup.home,
             scenario.time_step,
-            jaw_opening=scenario.grasp.jaw_opening,
+            jaw_opening=setup.grasp.jaw_opening,
             clearance=ArmClearance(setup.arm, [table_box(height=scenario.table_height)]),
             edge=HandEyeCorrection(scenario.hand_eye) if setup.sees_hand else None,
             object_yaw=None if scenario.track.turns else 0.0,

@@ -27,6 +27,7 @@ from drake_tracker.world.config import (
     LIFTED,
     LONGEST_WALK,
     OPEN_KINDS,
+    TRAIN_WIDTH,
     CamerasConfig,
     LightingConfig,
     TrackConfig,
@@ -198,15 +199,6 @@ class TrainScenario(BaseScenario):
     )
     faults: tuple[faults_of("train"), ...] = setting([], "injected faults, with their times")  # type: ignore[valid-type]
 
-    def __post_init__(self) -> None:
-        grasp, (length, width, _) = self.grasp, body_size(self.train.body, self.train.scale)
-        known = width if grasp.object_width == grasp.body_width else grasp.object_width
-        object.__setattr__(
-            self,
-            "grasp",
-            replace(grasp, object_width=known, body_width=width, turns=self.track.turns, reach=0.5 * length),
-        )
-
     @classmethod
     def present(cls, tree: Value, notes: list[str]) -> Value:
         """Translates ``vision.tracker`` and ``vision.detector``, which ``vision.method`` has replaced."""
@@ -282,13 +274,24 @@ def _track_problems(key: str, track: TrackConfig) -> list[tuple[str, str]]:
     return found
 
 
+def grasp_of(scenario: TrainScenario) -> GraspConfig:
+    """Returns the settings of the grasp, with the size of the object that is grasped.
+
+    Args:
+        scenario: of the train.
+    """
+    grasp, (length, width, _) = scenario.grasp, body_size(scenario.train.body, scenario.train.scale)
+    width = width if grasp.object_width == TRAIN_WIDTH else grasp.object_width
+    return replace(grasp, object_width=width, turns=scenario.track.turns, reach=0.5 * length)
+
+
 def grasp_problems(scenario: TrainScenario) -> Problems:
     """Returns the settings of the grasp that contradict the object, the judge, or each other.
 
     Args:
         scenario: of the train.
     """
-    grasp = scenario.grasp
+    grasp = grasp_of(scenario)
     found: Problems = []
     if grasp.object_width <= WIDTH_TOLERANCE:
         found.append(
@@ -329,7 +332,7 @@ def grasp_problems(scenario: TrainScenario) -> Problems:
 
 def _blind_time_problems(scenario: TrainScenario) -> Problems:
     """Returns a problem when a predicted path ends before the jaws would touch the object."""
-    grasp, lag = scenario.grasp, scenario.lag
+    grasp, lag = grasp_of(scenario), scenario.lag
     descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
     if lag + descent <= PATH_DURATION:
         return []

@@ -13,11 +13,12 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.faults.fault import Fault, calibrated_with
 from drake_tracker.faults.kinds import make_faults
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.measured.config import SeveralObjects
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
+from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario, grasp_of
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.vision.centroid.config import MotionCentroid
 from drake_tracker.vision.region_of_interest import RegionOfInterest, project_region
@@ -95,9 +96,14 @@ class TrainSetup:
         return np.array([middle[0], middle[1], self.scenario.table_height + TRAIN_HEIGHT, np.pi])
 
     @cached_property
+    def grasp(self) -> GraspConfig:
+        """The settings of the grasp, with the size of the object that is grasped."""
+        return grasp_of(self.scenario)
+
+    @cached_property
     def reach(self) -> Reach:
         """The controller's model of the arm, the joints at the start, and the reach of the arm."""
-        return Reach(self.arm, self.home, self.scenario.grasp)
+        return Reach(self.arm, self.home, self.grasp)
 
     @cached_property
     def placement(self) -> tuple[Track, float]:

@@ -100,7 +100,7 @@ def summarise(setup: TrainSetup, log: Log, simulated: float, interrupted: bool =
         "failure_reason": None if failure is None else failure.reason,
         "cause": None if failure is None else str(failure.cause),
         "attempts": attempts,
-        "aborted_attempts": len(aborted_launches(spans, log, setup.scenario.grasp.object_width)),
+        "aborted_attempts": len(aborted_launches(spans, log, setup.grasp.object_width)),
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
         **_touch(setup, log, spans),

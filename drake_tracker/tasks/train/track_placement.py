@@ -15,7 +15,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.train.grasp_machine import SEEN_FOR
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.scenario import TrainScenario, grasp_of
 from drake_tracker.vision.region_of_interest import footprint, is_within
 from drake_tracker.world.config import TrainConfig
 from drake_tracker.world.train.plant import TABLE_TOP, wheels
@@ -305,7 +305,7 @@ def time_within_reach(scenario: TrainScenario, track: Track, start: float, reach
 
 def shortest_grasp(scenario: TrainScenario) -> float:
     """Returns the time [s] that a grasp takes at least, from the first image of the train to the touch of the pads."""
-    config = scenario.grasp
+    config = grasp_of(scenario)
     seen = scenario.vision.lag_cycles * VISION_PERIOD + SEEN_FOR
     above = config.approach_duration + config.settle_time
     return seen + above + config.descent_duration - config.closing_lead + touch_delay(config)

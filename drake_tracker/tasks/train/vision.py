@@ -145,7 +145,7 @@ def wrist_parts(setup: TrainSetup) -> WristParts:
 
     Raises DrakeTrackerError when the calibration file cannot be used, or does not belong to this camera.
     """
-    config, grasp = setup.scenario.cameras.wrist, setup.scenario.grasp
+    config, grasp = setup.scenario.cameras.wrist, setup.grasp
     assert isinstance(config, WristCamera)
     path = scenario_file(config.calibration)
     models = load_calibration(path, rig=describe_wrist(config))

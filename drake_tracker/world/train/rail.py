@@ -25,8 +25,25 @@ TILT_RANGE = (0.985, 0.966)  # cosine: 10 and 15 deg
 REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is not drawn back onto it
 
 
-Held = tuple[float, float, float, tuple[float, float, float, float, float]]
-"""Share of the forces of a train that the rail holds, its heading (x, y), and its place as from `Track.locate`."""
+class Held(NamedTuple):
+    """How the rail holds a train.
+
+    Attributes:
+        grip: share of the forces that act.
+        heading_x: x component of the train's heading.
+        heading_y: y component.
+        located: the train on the track, as from `Track.locate`.
+    """
+
+    grip: float
+    heading_x: float
+    heading_y: float
+    located: tuple[float, float, float, float, float]
+
+    @property
+    def place(self) -> float:
+        """Arc length at which the rail holds the train [m]."""
+        return self.located[0]
 
 
 class Load(NamedTuple):
@@ -130,7 +147,7 @@ def held_on_rail(
     # Without a heading, only the distance and the last place tell one branch of the track from another.
     located = track.locate(x, y, heading_x, heading_y, near) if turns else track.locate(x, y, 0.0, 0.0, near)
     grip *= _fade(abs(located[1]), REACH_RANGE)
-    return (grip, heading_x, heading_y, located) if grip > 0.0 else None
+    return Held(grip, heading_x, heading_y, located) if grip > 0.0 else None
 
 
 def _fade(value: float, value_range: tuple[float, float]) -> float:

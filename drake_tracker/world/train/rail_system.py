@@ -88,7 +88,7 @@ class RailSystem(LeafSystem):
 
     def _follow(self, context: Context, values: DiscreteValues) -> None:
         held = self._held.Eval(context)
-        values.set_value(self._place, [held[3][0] if held else np.nan])
+        values.set_value(self._place, [held.place if held else np.nan])
 
     def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
         descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE

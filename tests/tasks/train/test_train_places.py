@@ -20,7 +20,8 @@ def setup():
     u = np.linspace(0.0, 4.0 * np.pi, 900, endpoint=False)
     radius = 0.15 + 0.002 * np.cos(0.5 * u)
     track = Track(np.column_stack([radius * np.cos(u), radius * np.sin(u)]), closed=True)
-    return SimpleNamespace(placement=(track, 0.5 * track.length), scenario=SimpleNamespace(table_height=0.45))
+    scenario = SimpleNamespace(table_height=0.45, track=SimpleNamespace(turns=True))
+    return SimpleNamespace(placement=(track, 0.5 * track.length), scenario=scenario)
 
 
 def states(angles, lift=0.0):

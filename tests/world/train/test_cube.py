@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.scene_object import Ride
 from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_plant, add_table, train_pose
-from drake_tracker.world.train.rail import load_of, place_on_rail, rail_force
+from drake_tracker.world.train.rail import held_on_rail, load_of, rail_force
 from drake_tracker.world.train.rail_system import add_rail
 from drake_tracker.world.train.tracks import Track, make_track
 from drake_tracker.world.train.train_model import add_train
@@ -76,8 +76,9 @@ def test_the_place_in_the_state_chooses_the_branch_and_the_tangent():
     second = (first + 0.5 * eight.length) % eight.length
     crossing = [1.0, 0.0, 0.0, 0.0, 0.56, 0.0, HEIGHT, *[0.0] * 6]
     for near in (first, second):
-        assert place_on_rail(eight, crossing, HEIGHT, near - 0.003, False) == pytest.approx(near, abs=2e-3)
-        force_x, force_y, torque = rail_force(eight, crossing, 0.2, HEIGHT, near=near, turns=False)
+        held = held_on_rail(eight, crossing, HEIGHT, near - 0.003, turns=False)
+        assert held.place == pytest.approx(near, abs=2e-3)
+        force_x, force_y, torque = rail_force(eight, held, crossing, 0.2, turns=False)
         assert math.atan2(force_y, force_x) == pytest.approx(
             math.remainder(float(eight.pose(near)[2]), 2.0 * math.pi), abs=0.05
         )

@@ -145,14 +145,14 @@ def gripper_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], to
     jaws, command = log["jaws"], log["command"]
     if len(command.times) == 0:
         return []
-    times, width = jaws.times, setup.scenario.grasp.object_width
+    times, width = jaws.times, setup.grasp.object_width
     asked = np.interp(times - _DELAY, command.times, command["jaw_width"])
     closing = during(spans, times, Phase.CLOSE)
     open_ = jaws["width"] > width + WIDTH_TOLERANCE
     slow = closing & open_ & (times <= touch) & (jaws["width"] > asked + JAWS_LATE)
     on_object = (np.abs(jaws["width"] - width) <= WIDTH_TOLERANCE) & (asked < width - WIDTH_TOLERANCE)
     gripping = during(spans, times, Phase.CLOSE, Phase.LIFT, Phase.HOLD)
-    weak = gripping & on_object & (jaws["force"] < FORCE_SHARE * setup.scenario.grasp.grip_force)
+    weak = gripping & on_object & (jaws["force"] < FORCE_SHARE * setup.grasp.grip_force)
     return [
         *troubles(Cause.GRIPPER, "the jaws closed more slowly than commanded", times, slow, 0.06),
         *troubles(Cause.GRIPPER, "the jaws pressed on the train with too little force", times, weak, 0.25),

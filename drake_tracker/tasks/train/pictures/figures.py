@@ -218,7 +218,7 @@ def _draw_probability(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[Pha
 
     It is shown until the jaws hold in a guided descent, and until the launch before a blind one, which cannot change.
     """
-    diagnosis, config = log["diagnosis"], setup.scenario.grasp
+    diagnosis, config = log["diagnosis"], setup.grasp
     phases = (Phase.ACQUIRE, *_APPROACHING) if config.descent == "guided" else _WAITING
     shown = during(spans, diagnosis.times, *phases)
     times, percent = broken(diagnosis.times[shown], 100.0 * diagnosis[_PROBABILITY][shown])
@@ -299,7 +299,7 @@ def _draw_errors(across: Axes, along: Axes, setup: TrainSetup, log: Log, spans: 
 def _arrival(setup: TrainSetup, spans: Sequence[PhaseSpan]) -> float:
     """Returns the time [s] at which the hand was over the train for the first time."""
     starts = [span.start for span in spans if span.phase == Phase.TRACK]
-    return starts[0] + setup.scenario.grasp.approach_duration if starts else np.inf
+    return starts[0] + setup.grasp.approach_duration if starts else np.inf
 
 
 def _draw_grasp(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> None:

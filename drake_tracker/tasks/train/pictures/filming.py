@@ -110,7 +110,7 @@ def train_closeup(setup: TrainSetup, hand_eye: HandEyeDiagram) -> Closeup:
         sides=SIDES,
         phase=Phase.CLOSE,
         before=SPAN + _EARLY,
-        after=touch_delay(setup.scenario.grasp) + LATEST,
+        after=touch_delay(setup.grasp) + LATEST,
         image_latency=hand_eye.world.image_latency,
         draw=draw,
     )

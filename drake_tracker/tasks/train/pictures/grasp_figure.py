@@ -151,7 +151,7 @@ def _words(before: float) -> str:
 
 def _draw_header(figure: Figure, setup: TrainSetup, contact: Contact, height: float, cell: float) -> None:
     """Writes the title, the facts about the run and, beginning at the middle column, the legend."""
-    guided = setup.scenario.grasp.descent == "guided"
+    guided = setup.grasp.descent == "guided"
     way = "guided by vision" if guided else "blind since the launch"
     what = "contact" if contact.made else "no contact: the pads would have touched"
     facts = f"scenario {setup.scenario.name}, seed {setup.scenario.seed}   ·   {what} at {contact.time:.2f} s"
