@@ -30,8 +30,9 @@ expected value of the square of a normal variable, the largest of several, so th
 deviations. This, `KEPT` and `MARGIN` were chosen on seeds 900 to 972, which no result uses."""
 KEPT = 6.0
 """The same ratio for a change that the last point confirmed."""
-CHORD = 3
-"""Points per chord of the distance travelled: a chord is long against the noise, and short against a bend."""
+CHORD, CHORD_LENGTH = 3, 0.010
+"""Fewest points per chord of the distance travelled, and its expected length [m]: a chord is long against the noise,
+and short against a bend."""
 MEMORY = 4.0
 """Time constant of the usual value [s]."""
 
@@ -102,7 +103,10 @@ def shows_in_distance(change: SpeedChange, times: np.ndarray, expected: np.ndarr
         expected: their expected positions, shape (n, 2) [m].
         away: their residuals, shape (n, 2) [m].
     """
-    since = slice(None, change.last - 1 if change.last else None, -CHORD)
+    step = float(np.hypot(*np.diff(expected[change.last :], axis=0).T).mean())
+    points = CHORD_LENGTH / step if step > 0.0 else np.inf
+    chord = int(min(max(CHORD, points), len(times) - 1 - change.last))
+    since = slice(None, change.last - 1 if change.last else None, -chord)
     steps = (np.diff(places[since], axis=0) for places in (expected + away, expected))
     travelled, foreseen = (float(np.sum(np.hypot(*step.T))) for step in steps)
     duration = times[since][0] - times[since][-1]
