@@ -3,6 +3,13 @@
 from shared.common import share
 
 NAMES = {"bends": "eight tracks with bends of 28 to 60 mm", "line": "a line, one pass"}
+NAMES["walks"] = "random walk of a {}, lag of {} cycle{}"
+
+
+def _cell(row):
+    """Returns (kind, rendered, scenario, what walks, lag in cycles, speed) of a row."""
+    body, _, lag = row["family"].partition(", lag of ") if row["kind"] == "walks" else ("", "", "0")
+    return row["kind"], row["rendered"], row["scenario"], body, int(lag), row["speed"]
 
 
 def describe(row):
@@ -13,14 +20,13 @@ def describe(row):
 
 def hard_paths_table(rows):
     """Returns (header, rows) of a table with one row for each kind, vision, scenario and speed."""
-    cells = sorted({(row["kind"], row["rendered"], row["scenario"], row["speed"]) for row in rows})
     lines = []
-    for kind, rendered, scenario, speed in cells:
-        found = (kind, rendered, scenario, speed)
-        runs = [row for row in rows if (row["kind"], row["rendered"], row["scenario"], row["speed"]) == found]
+    for cell in sorted({_cell(row) for row in rows}):
+        (kind, rendered, scenario, body, lag, speed), runs = cell, [row for row in rows if _cell(row) == cell]
         counts = [sum(bool(row[key]) for row in runs) for key in ("success", "first_attempt_success")]
         vision = "cameras" if rendered else "measured vision"
         shares = [text for count in counts for text in share(count, len(runs))]
-        lines.append([NAMES[kind], vision, f"`{scenario}`", f"{speed:.2f}", len(runs), *shares])
+        name = NAMES[kind].format(body, lag, "s" * (lag != 1))
+        lines.append([name, vision, f"`{scenario}`", f"{speed:g}", len(runs), *shares])
     header = ["track", "vision", "scenario", "speed [m/s]", "runs", "lifted", "Wilson 95 %"]
     return [*header, "at the first attempt", "Wilson 95 %"], lines
