@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from functools import cache, wraps
 
-from shared.behaviour_rows import is_current, other_behaviours, results_of
+from shared.behaviour_rows import behaviour_records, is_current, other_behaviours, results_of
 from shared.stored import result_files
 
 from tables import results
@@ -30,8 +30,9 @@ def marking(make: Callable[[], str]) -> Callable[[], str]:
 def marked(text: str, rows: list[Row]) -> str:
     """Returns a block with marks, and a note that explains them; unchanged if all rows rest on today's behaviour.
 
-    A row of a table is marked if a result that has the text of its first cell as a value rests on another behaviour. If
-    no result has that text, it is marked if any result of the block does.
+    A row of a table whose first cell names packaged scenarios is marked if a result rests on another behaviour of one
+    of them. Any other row is marked if a result that has the text of its first cell as a value rests on another
+    behaviour; if no result has that text, if any result of the block does.
 
     Args:
         text: the block.
@@ -52,7 +53,8 @@ def marked(text: str, rows: list[Row]) -> str:
         in_table = bool(_SEPARATOR.match(line)) or (in_table and line.startswith("|"))
         if in_table and not _SEPARATOR.match(line):
             first, rest = line[1:].split("|", 1)
-            if not current.get(first.strip(), every):
+            named = set(re.findall(r"`([\w:]+)`", first)) & behaviour_records().keys()
+            if not named.isdisjoint(others) if named else not current.get(first.strip(), every):
                 line = f"|{first.rstrip()}{MARK} |{rest}"
         lines.append(line)
     what = listed([f"`{name}`" for name in others])
