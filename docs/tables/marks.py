@@ -58,7 +58,7 @@ def marked(text: str, rows: list[Row]) -> str:
                 line = f"|{first.rstrip()}{MARK} |{rest}"
         lines.append(line)
     what = listed([f"`{name}`" for name in others])
-    note = f"*{MARK.strip()} Measured at an earlier or unknown behaviour of {what}.*"
+    note = f"*{MARK.strip()} Measured before {what} changed.*"
     return "\n".join([*lines, "", note])
 
 

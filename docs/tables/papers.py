@@ -49,7 +49,7 @@ def _claims(letter: str, claims: Sequence[Claim]) -> str:
     if not others:
         return text
     what = listed([f"`{name}`" for name in sorted(others)])
-    return f"{text}\n\n*{MARK.strip()} Measured at an earlier or unknown behaviour of {what}.*"
+    return f"{text}\n\n*{MARK.strip()} Measured before {what} changed.*"
 
 
 def _rate(scenario: str, cells: Sequence[str] = ()) -> str:
