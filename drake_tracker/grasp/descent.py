@@ -27,9 +27,6 @@ same factor. With a limit of 20 deg the mean probability of 83 launches was 69 %
 trains were lifted."""
 TRUST = 2.0
 """Number of independent errors that the standard deviation stated by the estimator is worth."""
-PRIOR_SURPRISES = 0.3
-"""Surprises that an object is expected to have caused before it was seen. With 0.3, ovals and stadiums are grasped as
-early as with 0; with 0.5, 0.3 s or a lap later. Chosen on seeds 71000 to 71004, which no result uses."""
 KNOWN_BY, RECURS, FEWEST_SURPRISES = 0.7, 0.3, 3
 """Distance travelled [m] from which on surprises are no longer a first lap's, distance [m] within which an object that
 goes on to surprise does so again, and surprises that are needed to say so; chosen on seeds 74100 to 74110."""
@@ -106,10 +103,11 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
         horizon: time for which the predictions were made [s]. Errors less than this apart have the same cause.
         distance: distance that the object will travel from the measurement to the touch [m].
     """
-    count, travelled = len(surprises(config, records, horizon)), float(_travelled(records).sum())
-    if travelled == 0.0:
-        return float(count == 0)
-    return (travelled / (travelled + distance)) ** (count + PRIOR_SURPRISES)
+    count = len(surprises(config, records, horizon))
+    if count == 0:
+        return 1.0
+    travelled = float(_travelled(records).sum())
+    return (travelled / (travelled + distance)) ** count if travelled > 0.0 else 0.0
 
 
 def is_restless(config: GraspConfig, records: np.ndarray, horizon: float) -> bool:
