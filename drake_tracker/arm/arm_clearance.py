@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from enum import Enum
+from functools import lru_cache
 
 import numpy as np
-from pydrake.geometry import Box, CollisionFilterDeclaration, GeometrySet
+from pydrake.geometry import Box, CollisionFilterDeclaration, GeometryId, GeometrySet
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction
-from pydrake.planning import RobotDiagramBuilder
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.planning import RobotDiagram, RobotDiagramBuilder
 
 from drake_tracker.arm.arm_model import add_held_arm
 from drake_tracker.arm.description import ArmDescription
+from drake_tracker.arm.plant import is_packaged
 
 MARGIN = 0.005
 """Distance [m] that links keep from each other and from obstacles. In a normal grasp of the train, the
@@ -47,21 +50,9 @@ class ArmClearance:
         margin: float = MARGIN,
     ) -> None:
         self._margin = margin
-        builder = RobotDiagramBuilder(time_step=0.0)
-        plant = builder.plant()
-        parts = add_held_arm(plant, description)
-        fixed = []
-        for number, corners in enumerate(obstacles):
-            low, high = (np.array(corner, dtype=float) for corner in corners)
-            shape, X_WB = Box(high - low), RigidTransform(0.5 * (low + high))
-            friction = CoulombFriction(0.0, 0.0)
-            fixed.append(
-                plant.RegisterCollisionGeometry(plant.world_body(), X_WB, shape, f"obstacle_{number}", friction)
-            )
-        plant.Finalize()
-        self._obstacles = frozenset(fixed)
-        self._arm = parts.arm
-        self._robot = builder.Build()
+        corners = tuple(tuple(tuple(map(float, corner)) for corner in pair) for pair in obstacles)
+        make = _robot_between if is_packaged(description) else _robot_between.__wrapped__
+        self._robot, self._arm, self._obstacles = make(description, corners)
         self._scratch = self._robot.CreateDefaultContext()
         self._plant_scratch = self._robot.mutable_plant_context(self._scratch)
         self._scene_scratch = self._robot.mutable_scene_graph_context(self._scratch)
@@ -91,3 +82,21 @@ class ArmClearance:
         self._robot.plant().SetPositions(self._plant_scratch, self._arm, q)
         query = self._robot.scene_graph().get_query_output_port().Eval(self._scene_scratch)
         return query.ComputeSignedDistancePairwiseClosestPoints(distance)
+
+
+@lru_cache(maxsize=8)
+def _robot_between(
+    description: ArmDescription, obstacles: tuple[tuple[tuple[float, ...], ...], ...]
+) -> tuple[RobotDiagram, ModelInstanceIndex, frozenset[GeometryId]]:
+    """Returns (an arm with its held hand between boxes, the arm's model instance, the geometries of the boxes)."""
+    builder = RobotDiagramBuilder(time_step=0.0)
+    plant = builder.plant()
+    parts = add_held_arm(plant, description)
+    fixed = []
+    for number, corners in enumerate(obstacles):
+        low, high = map(np.array, corners)
+        shape, X_WB = Box(high - low), RigidTransform(0.5 * (low + high))
+        friction = CoulombFriction(0.0, 0.0)
+        fixed.append(plant.RegisterCollisionGeometry(plant.world_body(), X_WB, shape, f"obstacle_{number}", friction))
+    plant.Finalize()
+    return builder.Build(), parts.arm, frozenset(fixed)

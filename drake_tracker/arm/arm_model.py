@@ -1,6 +1,7 @@
 """The controller's own model of the arm: kinematics, dynamics and limits, without the scene."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceInde
 
 from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.motion.transform_equation import tool_down_rotation
-from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm
+from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm, is_packaged
 
 
 class ArmModel:
@@ -139,11 +140,19 @@ def add_held_arm(plant: MultibodyPlant, description: ArmDescription) -> ArmParts
 
 def make_arm_model(description: ArmDescription) -> ArmModel:
     """Returns the controller's model of an arm, with the fingers of its hand welded in the middle of their travel."""
+    plant, parts = _held_plant(description) if is_packaged(description) else _held_plant.__wrapped__(description)
+    tool_frame = plant.GetFrameByName(description.tool_frame, parts.gripper)
+    return ArmModel(plant, parts.arm, tool_frame, description.q_start, symmetric_hand=bool(description.fingers))
+
+
+@lru_cache(maxsize=8)
+def _held_plant(description: ArmDescription) -> tuple[MultibodyPlant, ArmParts]:
+    """Returns a finalized plant with an arm and its held hand. All models of an arm share it, each with a Context of
+    its own."""
     plant = MultibodyPlant(0.0)
     parts = add_held_arm(plant, description)
     plant.Finalize()
-    tool_frame = plant.GetFrameByName(description.tool_frame, parts.gripper)
-    return ArmModel(plant, parts.arm, tool_frame, description.q_start, symmetric_hand=bool(description.fingers))
+    return plant, parts
 
 
 def tool_down(p_WT: Sequence[float] | np.ndarray, yaw: float) -> RigidTransform:

@@ -40,6 +40,11 @@ def models_parser(plant: MultibodyPlant) -> Parser:
     return parser
 
 
+def is_packaged(description: ArmDescription) -> bool:
+    """Returns whether the models of an arm and its hand are the package's own, whose files do not change."""
+    return description.arm_url.startswith(_PACKAGE) and description.gripper_url.startswith(_PACKAGE)
+
+
 def add_arm(plant: MultibodyPlant, *, description: ArmDescription) -> ArmParts:
     """Adds an arm and its hand to a plant, with the arm's base welded to the world on the axis z of W.
 

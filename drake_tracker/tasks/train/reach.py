@@ -40,6 +40,7 @@ class Reach:
         self._parameters = make_parameters(self.model, _STEP)
         over_home = tool_down(home[:3] + [0.0, 0.0, grasp.hover_height], home[3])
         self.q_initial = joints_for(self.model, description.q_start, over_home)
+        self._checked: tuple[Track, tuple[float, float, float] | None] | None = None
 
     def missed(self, track: Track) -> tuple[float, float, float] | None:
         """Returns the first place of a track that the tool cannot reach, for hovering or for grasping.
@@ -49,6 +50,11 @@ class Reach:
 
         Returns (x and y in W, height above the train) [m], or None when the tool can reach all places.
         """
+        if self._checked is None or self._checked[0] is not track:
+            self._checked = track, self._first_missed(track)
+        return self._checked[1]
+
+    def _first_missed(self, track: Track) -> tuple[float, float, float] | None:
         q = np.array(self.q_initial)
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
             x, y, _ = track.pose(s)
