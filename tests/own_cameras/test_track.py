@@ -70,6 +70,7 @@ def test_a_custom_estimator_predicts_the_path(folder, monkeypatch):
     assert np.sum(np.isfinite(read_track(folder / "out")["predicted_x"])) > 30
 
 
+@pytest.mark.pictures
 def test_two_videos_give_the_path_in_space(folder, capsys):
     assert track(*videos(folder), "--calibration", "stereo.yaml") == 0
     assert {path.name for path in (folder / "out").iterdir()} == {
@@ -450,6 +451,7 @@ def films_with_a_jump():
     return film("left", TIMES[:30]) + film("left", TIMES[:30] + 2.0)
 
 
+@pytest.mark.pictures
 def test_the_picture_is_drawn_where_no_process_can_be_started(folder, monkeypatch):
     def refuse(*_, **__):
         raise MachineError("too many processes")
@@ -460,6 +462,7 @@ def test_the_picture_is_drawn_where_no_process_can_be_started(folder, monkeypatc
     assert (folder / "out" / "track.png").read_bytes()[1:4] == b"PNG"
 
 
+@pytest.mark.pictures
 def test_a_long_name_in_another_script_is_drawn_without_a_warning(folder, capfd):
     name = f"測試 $x$ {'長' * 60}.mkv"
     write_video(folder / name, images("left")[:20], TIMES[:20])
