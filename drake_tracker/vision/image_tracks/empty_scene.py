@@ -30,12 +30,16 @@ class EmptyScene(NamedTuple):
     """The scene without objects.
 
     Attributes:
-        image: grey uint8 (h, w), each pixel as it was last seen without an object.
+        image: grey uint8 (h, w), each pixel as it was last seen without an object, in the light of the first image.
         unknown: uint8 (h, w), 255 where it shows an object of the first image, 1 where it may show an object, else 0.
     """
 
     image: np.ndarray
     unknown: np.ndarray
+
+    def light(self, image: np.ndarray) -> float:
+        """Returns the brightness of an image relative to the scene."""
+        return float(np.median(image[::8, ::8] / np.maximum(self.image[::8, ::8], 1.0))) or 1.0
 
     def silhouette(self, track: Track2D, image: np.ndarray) -> ImageRegion | None:
         """Returns the silhouette of an object, None where the scene or something of another size is seen.
@@ -45,8 +49,9 @@ class EmptyScene(NamedTuple):
             image: grey uint8 (h, w).
         """
         place = _around(track, MARGIN)
-        usual = float(np.median(cv2.absdiff(image[::8, ::8], self.image[::8, ::8])))
-        changed = np.abs(image[place].astype(np.int16) - self.image[place]) > max(LEAST_CHANGE, CHANGE_NOISE * usual)
+        light = self.light(image)
+        usual = float(np.median(np.abs(image[::8, ::8] / light - self.image[::8, ::8])))
+        changed = np.abs(image[place] / light - self.image[place]) > max(LEAST_CHANGE, CHANGE_NOISE * usual)
         known, covered = self.unknown[place] == 0, self.unknown[place] == 255
         grown = np.count_nonzero(changed & known) > GROWN * np.count_nonzero(covered)
         mask = np.where(known, changed, covered & ~changed & grown).astype(np.uint8) * np.uint8(255)
@@ -66,7 +71,8 @@ def remember_empty(scene: EmptyScene | None, image: np.ndarray, tracks: Sequence
         image: grey uint8 (h, w).
         tracks: of all objects in the image.
     """
-    seen, unknown = image.copy(), np.zeros_like(image)
+    seen = image.copy() if scene is None else cv2.convertScaleAbs(image, alpha=1.0 / scene.light(image))
+    unknown = np.zeros_like(image)
     for track in sorted(tracks, key=lambda track: track.hits):
         place = _around(track, MARGIN)
         if scene is None or track.hits == 1:
