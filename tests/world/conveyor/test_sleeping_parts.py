@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from ball_scenario import true_poses
 from conveyor_world import HEIGHT, KINDS, World, arrival
 from pydrake.geometry import Role
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker import initialise, make_diagram
+from drake_tracker import make_diagram
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.conveyor.setup import resolve
 from drake_tracker.tasks.loader import load_scenario
@@ -160,7 +161,7 @@ def test_a_part_falls_to_the_floor_while_another_is_locked():
 @pytest.mark.parametrize("name", ["train", "ball", "conveyor:measured"])
 def test_no_geometry_of_the_world_body_takes_part_in_contacts(name):
     scenario = load_scenario(name)
-    world = make_diagram(scenario, initialise(scenario) if name == "ball" else None).world
+    world = make_diagram(scenario, true_poses(scenario) if name == "ball" else None).world
     plant, inspector = world.laboratory.plant, world.laboratory.scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(plant.world_body().index())
     assert not inspector.GetGeometries(frame, Role.kProximity)
