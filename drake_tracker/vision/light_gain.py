@@ -48,8 +48,9 @@ def with_light_of(reference: np.ndarray, image: np.ndarray) -> np.ndarray:
         if gains is not None:
             lines = np.arange(image.shape[1 - axis])
             scaled = image * np.expand_dims(np.interp(lines, lines[::step], gains).astype(np.float32), axis)
-            kind = np.iinfo(image.dtype) if image.dtype.kind in "iu" else np.finfo(image.dtype)
-            return np.clip(np.rint(scaled), kind.min, kind.max).astype(image.dtype)
+            if image.dtype.kind == "f":
+                return scaled.astype(image.dtype)
+            return np.clip(np.rint(scaled), 0, np.iinfo(image.dtype).max).astype(image.dtype)
     return image
 
 
