@@ -27,9 +27,6 @@ same factor. With a limit of 20 deg the mean probability of 83 launches was 69 %
 trains were lifted."""
 TRUST = 2.0
 """Number of independent errors that the standard deviation stated by the estimator is worth."""
-KNOWN_BY, RECURS, FEWEST_SURPRISES = 0.7, 0.3, 3
-"""Distance travelled [m] from which on surprises are no longer a first lap's, distance [m] within which an object that
-goes on to surprise does so again, and surprises that are needed to say so; chosen on seeds 74100 to 74110."""
 SHORTEST = 0.01
 """Distance [m] from which on the direction of travel follows from the path; an object that stands keeps its own."""
 
@@ -103,42 +100,15 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
         horizon: time for which the predictions were made [s]. Errors less than this apart have the same cause.
         distance: distance that the object will travel from the measurement to the touch [m].
     """
-    count = len(surprises(config, records, horizon))
-    if count == 0:
-        return 1.0
-    travelled = float(_travelled(records).sum())
-    return (travelled / (travelled + distance)) ** count if travelled > 0.0 else 0.0
-
-
-def is_restless(config: GraspConfig, records: np.ndarray, horizon: float) -> bool:
-    """Returns whether an object goes on to surprise: waiting does not make a grasp more likely to succeed.
-
-    On a closed track, what surprised in the first lap is known in the second.
-
-    Args:
-        config: as for `no_surprise`.
-        records: as for `no_surprise`.
-        horizon: as for `no_surprise`.
-    """
-    found = surprises(config, records, horizon)
-    if len(found) < FEWEST_SURPRISES:
-        return False
-    since = np.cumsum(_travelled(records)[::-1])[::-1]  # distance from each record but the last to the last one
-    return bool(since[0] >= KNOWN_BY and since[min(found[-1], len(since) - 1)] <= RECURS)
-
-
-def surprises(config: GraspConfig, records: np.ndarray, horizon: float) -> np.ndarray:
-    """Returns the indices of the records at which surprises begin, see `no_surprise`."""
     wrong = (np.abs(records[:, LATERAL]) > _room(config)) | (np.abs(records[:, TURN]) > OBLIQUE)
     if not config.turns:
         wrong |= np.abs(records[:, ALONG]) > config.reach
-    places = np.flatnonzero(wrong)
-    return places[np.diff(records[places, STAMP], prepend=-np.inf) > horizon]
-
-
-def _travelled(records: np.ndarray) -> np.ndarray:
-    """Returns the distances between the places of successive records [m]."""
-    return np.hypot(np.diff(records[:, X]), np.diff(records[:, Y]))
+    stamps = records[wrong, STAMP]
+    count = int(np.count_nonzero(np.diff(stamps, prepend=-np.inf) > horizon))
+    if count == 0:
+        return 1.0
+    travelled = float(np.sum(np.hypot(np.diff(records[:, X]), np.diff(records[:, Y]))))
+    return (travelled / (travelled + distance)) ** count if travelled > 0.0 else 0.0
 
 
 def _room(config: GraspConfig) -> float:
