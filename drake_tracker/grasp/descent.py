@@ -2,10 +2,10 @@
 
 The jaws hold the object if, when the pads touch, it is between them, with both pads beside it and not too oblique. For
 an object that does not turn, the servo's packets give its constant direction, so that 'across' and 'along' mean across
-and along the jaws; its direction has no error, and an error along them can be a surprise. The
-errors across and along the path and in direction are independent. Each is normal with an unknown scale: the estimator
-states a standard deviation, and the errors of its recent predictions say how far this is to be trusted. The error of
-the next prediction then has Student's distribution, whose tails are heavier than the tails of a normal distribution.
+and along the jaws; its direction has no error, and an error along them can be a surprise. The errors across and along
+the path and in direction are independent. Each is normal with an unknown scale: the estimator states a standard
+deviation, and the errors of its recent predictions say how far this is to be trusted. The error of the next prediction
+then has Student's distribution, whose tails are heavier than the tails of a normal distribution.
 """
 
 import math
