@@ -129,8 +129,8 @@ def late_servo(lag):
     """Replaces `Servo` by one that reads each packet ``lag`` [s] before the time at which its set-point is due."""
 
     class LateServo(Servo):
-        def __init__(self, *settings, lead):
-            super().__init__(*settings, lead=lead - lag)
+        def __init__(self, *settings, lead, **options):
+            super().__init__(*settings, lead=lead - lag, **options)
 
     return mock.patch.object(servo_system, "Servo", LateServo)
 
