@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -139,11 +140,10 @@ def two_groups(lens: Lens, boards: FoundBoards, camera: int, board: Board, optio
             parts = [[view for view, member in zip(views, members) if member] for members in (first, ~first)]
             try:
                 lenses = [lens_from_corners(part, board, shape, **options) for part in parts]
-            except DrakeTrackerError:
+                errors = np.array([[_rms(view, each, shape, board) for view in views] for each in lenses])
+            except (DrakeTrackerError, cv2.error):  # too few photographs for a lens, or one that it cannot have taken
                 break
-            after = np.array(
-                [_rms(view, lenses[0], shape, board) < _rms(view, lenses[1], shape, board) for view in views]
-            )
+            after = errors[0] < errors[1]
             found = float(np.sqrt(np.mean(np.where(first, *(each.rms**2 for each in lenses)))))
             if found < error:
                 best, error = (first, lenses, parts), found
