@@ -16,7 +16,7 @@ from drake_tracker.arm.motion.differential_ik import rehearse
 from drake_tracker.arm.motion.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.descent import horizon, lately_judged
+from drake_tracker.grasp.descent import horizon, is_restless, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -43,6 +43,8 @@ FEWEST_RECORDS = 3
 """Fewest judged predictions from one place that count as evidence."""
 FEWEST_JUDGED = 10
 """Fewest recent predictions that must have been judged before a probability opens the gate."""
+LEAST_CHANCE, NEARLY = 0.4, 0.95
+"""Least probability with which a restless object is grasped, and share of the best one lately; chosen as `KNOWN_BY`."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
 STARTING = 1.0
@@ -69,18 +71,28 @@ class Gate(IntEnum):
     SUCCESS_UNLIKELY = 8
 
 
-def judge_probability(config: GraspConfig, memory: PredictionMemory, target: Any, p_success: float) -> Gate:
+def judge_probability(
+    config: GraspConfig, memory: PredictionMemory, target: Any, p_success: float, best: float = 1.0
+) -> Gate:
     """Returns the verdict of the gate ``probability``.
+
+    A restless object is grasped at a moment that is nearly as good as the best one lately: a better one will not come.
 
     Args:
         config: the threshold.
         memory: predictions made so far.
         target: the newest `ServoTarget`.
         p_success: probability that a grasp succeeds.
+        best: highest such probability lately.
     """
     if len(lately_judged(config, memory, target)) < FEWEST_JUDGED:
         return Gate.NO_MEMORY
-    return Gate.OPEN if p_success >= config.launch_probability else Gate.SUCCESS_UNLIKELY
+    if p_success >= config.launch_probability:
+        return Gate.OPEN
+    worth = p_success >= max(LEAST_CHANCE, NEARLY * best)
+    if worth and is_restless(config, memory, horizon(config, target)):
+        return Gate.OPEN
+    return Gate.SUCCESS_UNLIKELY
 
 
 def judge_prediction(

@@ -46,6 +46,7 @@ class HandVisionDiagram(Diagram):
         lag_cycles: cycles from the capture of an image until the hand that it shows appears.
         period: as for `HandMarkersSystem`.
         image_latency: as for `HandMarkersSystem`.
+        update_cycles: as for `HandMarkersSystem`.
 
     Raises DrakeTrackerError when the lag is shorter than the latency.
     """
@@ -64,6 +65,7 @@ class HandVisionDiagram(Diagram):
         lag_cycles: int = LAG_CYCLES,
         period: float = VISION_PERIOD,
         image_latency: int = 0,
+        update_cycles: int = 1,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -89,6 +91,7 @@ class HandVisionDiagram(Diagram):
                 delay_cycles=delay,
                 period=period,
                 image_latency=image_latency,
+                update_cycles=update_cycles,
             ),
         )
         for index in range(vision.num_input_ports()):

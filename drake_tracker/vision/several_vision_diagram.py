@@ -131,6 +131,7 @@ class SeveralVisionDiagram(Diagram):
                     image_latency=image_latency,
                     own_stamps=own_stamps,
                     camera_motion=settings.camera_motion,
+                    update_cycles=settings.update_cycles,
                 ),
             )
             builder.ExportInput(system.GetInputPort("color_image"), f"camera_{side}")
@@ -152,6 +153,7 @@ class SeveralVisionDiagram(Diagram):
                 lag_cycles=int(lag_cycles),
                 period=period,
                 image_latency=image_latency,
+                update_cycles=settings.update_cycles,
                 time_step=time_step,
                 shares_arm=arm is not None,
             )

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.grasp.config import GraspConfig
@@ -7,10 +8,12 @@ from drake_tracker.grasp.descent import (
     BESIDE,
     CATCHING_UP,
     OBLIQUE,
+    PRIOR_SURPRISES,
     RESPONSE,
     TRUST,
     Offset,
     horizon,
+    is_restless,
     likelihood,
     miss,
     no_surprise,
@@ -18,7 +21,7 @@ from drake_tracker.grasp.descent import (
     time_to_touch,
 )
 from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, YAW, PredictionMemory, X, Y
 
 CONFIG = GraspConfig(descent="blind", gate="auto")
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
@@ -119,13 +122,27 @@ def walk(*surprises, error=LATERAL, size=0.03, travelled=1.0):
     return rows
 
 
+def survival(count, travelled, distance):
+    """Probability of no event on a distance [m], given the events so far: by quadrature over their unknown rate."""
+    seen = count + PRIOR_SURPRISES
+
+    def density(u, distance):  # u = rate ** PRIOR_SURPRISES flattens the pole of the prior at 0
+        return u ** (count / PRIOR_SURPRISES) * np.exp(-(travelled + distance) * u ** (1.0 / PRIOR_SURPRISES))
+
+    most = (60.0 * (seen + 1.0) / travelled) ** PRIOR_SURPRISES
+    ahead, weight = (quad(density, 0.0, most, args=(each,), limit=500)[0] for each in (distance, 0.0))
+    return ahead / weight
+
+
 def test_an_object_that_has_surprised_will_do_so_again():
-    """The share of the surprises of a Poisson process with the prior 1/rate."""
+    """No surprise of a Poisson process whose rate has a Gamma distribution: the integral of its density times exp."""
     for surprises in ((), (2.0,), (2.0, 4.0, 7.0)):
         found = no_surprise(CONFIG, walk(*surprises), HORIZON, 0.05)
-        assert found == pytest.approx((1.0 / 1.05) ** len(surprises)), surprises
-    assert no_surprise(CONFIG, walk(2.0, 2.3), HORIZON, 0.05) == pytest.approx(1.0 / 1.05), "they have the same cause"
-    assert no_surprise(CONFIG, walk(2.0, travelled=0.1), HORIZON, 0.05) == pytest.approx(0.1 / 0.15)
+        assert found == pytest.approx(survival(len(surprises), 1.0, 0.05), rel=1e-4), surprises
+    once = no_surprise(CONFIG, walk(2.0), HORIZON, 0.05)
+    assert no_surprise(CONFIG, walk(2.0, 2.3), HORIZON, 0.05) == once, "they have the same cause"
+    short = no_surprise(CONFIG, walk(2.0, travelled=0.1), HORIZON, 0.05)
+    assert short == pytest.approx(survival(1, 0.1, 0.05), rel=1e-4)
     assert no_surprise(CONFIG, walk(2.0), HORIZON, 0.0) == 1.0, "an object that stands does not"
     assert no_surprise(CONFIG, np.zeros((0, 11)), HORIZON, 0.05) == 1.0, "nothing is known"
 
@@ -138,7 +155,8 @@ def test_a_surprise_is_an_error_by_which_a_grasp_would_miss():
         (TURN, -1.1 * OBLIQUE, True),
         (ALONG, 2.0 * REACH, False),
     ):
-        assert (no_surprise(CONFIG, walk(5.0, error=error, size=size), HORIZON, 0.05) < 1.0) == surprise
+        rows = walk(5.0, error=error, size=size)
+        assert (no_surprise(CONFIG, rows, HORIZON, 0.05) < no_surprise(CONFIG, walk(), HORIZON, 0.05)) == surprise
 
 
 def test_surprises_count_for_a_guided_descent_only():
@@ -148,13 +166,15 @@ def test_surprises_count_for_a_guided_descent_only():
         rows = walk(1.0)
         rows[:, STAMP] += STAMP_NOW - 0.5 - rows[-1, STAMP]
         memory, ahead = PredictionMemory((), rows), horizon(config, target())
+        later = PredictionMemory((), rows[rows[:, STAMP] > rows[0, STAMP] + 2.0])
         found, calm = (
             likelihood(config, each, packet(), target(), time_to_touch(config), config.hover_height)
-            for each in (memory, PredictionMemory((), rows[rows[:, STAMP] > rows[0, STAMP] + 2.0]))
+            for each in (memory, later)
         )
-        factor = no_surprise(config, rows, ahead, SPEED * ahead) if descent == "guided" else 1.0
+        factors = [no_surprise(config, each.records, ahead, SPEED * ahead) for each in (memory, later)]
+        factor = factors[0] / factors[1] if descent == "guided" else 1.0
         assert found == pytest.approx(factor * calm)
-        assert (factor < 0.96) == (descent == "guided")
+        assert (factor < 0.97) == (descent == "guided")
 
 
 def test_the_gate_needs_judged_predictions_and_a_likely_success():
@@ -203,5 +223,33 @@ def test_an_object_that_does_not_turn_may_be_missed_along_the_jaws_but_not_in_di
     corner = judged()
     corner[10, ALONG] = 0.02
     corner[:, X] = np.linspace(0.0, 0.2, len(corner))
-    assert no_surprise(cube, corner, HORIZON, 0.05) == pytest.approx(0.8)
-    assert no_surprise(CONFIG, corner, HORIZON, 0.05) == 1.0
+    assert no_surprise(cube, corner, HORIZON, 0.05) == pytest.approx(survival(1, 0.2, 0.05), rel=1e-4)
+    assert no_surprise(CONFIG, corner, HORIZON, 0.05) == pytest.approx(survival(0, 0.2, 0.05), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("surprises", "travelled", "restless"),
+    [
+        ((6.0, 8.0, 9.5), 1.0, True),
+        ((6.0, 8.0, 9.5), 0.5, False),
+        ((1.0, 2.0, 3.0), 1.0, False),
+        ((9.0, 9.8), 1.0, False),
+    ],
+)
+def test_a_restless_object_has_surprised_lately_and_often(surprises, travelled, restless):
+    """What surprised in the first lap of a closed track does not count, nor does a path that is passed again."""
+    rows = walk(*surprises, travelled=travelled)
+    assert is_restless(CONFIG, rows, HORIZON) == restless
+    config = GraspConfig(descent="guided", gate="probability")
+    rows[:, STAMP] += STAMP_NOW - 0.4 - rows[-1, STAMP]
+    for p_success, best, verdict in (
+        (0.5, 0.52, Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY),
+        (0.5, 0.6, Gate.SUCCESS_UNLIKELY),
+        (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
+    ):
+        assert judge_probability(config, PredictionMemory((), rows), target(), p_success, best) == verdict
+    angle = 2.0 * np.pi * np.linspace(0.0, travelled, len(rows)) / 0.4
+    rows[:, X], rows[:, Y], rows[:, YAW] = 0.4 / 2.0 / np.pi * np.cos(angle), 0.4 / 2.0 / np.pi * np.sin(angle), angle
+    assert not is_restless(CONFIG, rows, HORIZON), "laps of a circle"
+    rows[:, YAW] = 1.4 * angle
+    assert is_restless(CONFIG, rows, HORIZON) == restless, "the same places in other directions"

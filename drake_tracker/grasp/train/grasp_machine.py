@@ -1,5 +1,6 @@
 """The grasp machine: runs the motor schema of `schema.py` on the inputs of the arm's computer."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,6 +43,8 @@ SHORTEST_STOP = 0.06
 """Shortest time in which the operator's stop brings a hand to rest that is about to arrive at the table [s]."""
 SHORTEST_MOTION = 0.15
 """Shortest duration of a motion under the operator's control [s]."""
+FADING = 3.0
+"""Time constant [s] with which the best probability lately fades; chosen."""
 FOLLOW_TOLERANCE = 0.0005
 """Distance [m] that the operator's pose must move before the hand follows."""
 
@@ -64,6 +67,7 @@ class GraspState(OperatedState):
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
         memory: predictions made so far, and what became of them.
         p_success: probability that a grasp would succeed.
+        best: highest such probability lately, which fades with `FADING`.
         descent_duration: duration of the descent [s] that the gate has rehearsed.
         branch: half turns of the jaws when the operator stopped the hand or took control of it.
     """
@@ -81,6 +85,7 @@ class GraspState(OperatedState):
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
     p_success: float = 0.0
+    best: float = 0.0
     descent_duration: float = 0.0
     branch: float = 0.0
 
@@ -150,7 +155,9 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
             state = replace(state, memory=memory)
-        state = self._judge(replace(state, p_success=self._probability(state, seen)), seen)
+        p_success = self._probability(state, seen)
+        best = max(p_success, state.best * math.exp(-self.period / FADING))
+        state = self._judge(replace(state, p_success=p_success, best=best), seen)
         state = self.advance(state, seen)
         if state.phase == Phase.MANUAL:
             state = self.obey(state, seen)
@@ -337,7 +344,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
         if config.gate == "probability":
-            return judge_probability(config, state.memory, seen.target, state.p_success), 0.0
+            return judge_probability(config, state.memory, seen.target, state.p_success, state.best), 0.0
         return judge_prediction(config, state.memory, seen.packet, seen.target)
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:

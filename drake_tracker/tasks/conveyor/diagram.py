@@ -187,7 +187,7 @@ def image_vision(setup: ConveyorSetup, windows: Mapping[str, ImageWindow], **mor
         belt_height=belt.height,
         reach=(belt.entry, belt.end),
         settings=settings.parts,
-        arm=(ArmShape(setup.arm), len(setup.arm.q_start)) if settings.parts.mask_arm else None,
+        arm=(ArmShape(setup.arm), len(setup.arm.q_start)),
         lag_cycles=settings.lag_cycles,
         update_cycles=settings.update_cycles,
         **more,

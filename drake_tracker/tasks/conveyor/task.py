@@ -237,7 +237,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         host = (*_REPORTS, *(("encoder",) if scenario.belt.encoder else ()))
         if start == "points":
             return ("parts", *host)
-        return (*host, *(_ARM if resolve(scenario).rendered.parts.mask_arm else ()))
+        return (*host, *_ARM)
 
     def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
         return "points"

@@ -15,6 +15,7 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.estimation.sharp_corners import SharpCornersEstimator
 from drake_tracker.estimation.sudden_change import with_speed_change_detection
 from drake_tracker.grasp.train.grasp_machine import GraspMachine
 from drake_tracker.grasp.train.grasp_system import GraspSystem
@@ -135,7 +136,8 @@ def make_world(
 def add_host(setup: TrainSetup, builder: DiagramBuilder) -> EstimatorSystem | EstimatorBankSystem:
     """Adds the host: an estimator for the object, or one for each of several objects.
 
-    For a guided descent the estimator also detects sudden changes of speed, which a blind descent could not use.
+    For a guided descent the estimator also detects sudden changes of speed, and knows that there may be sharp corners; a
+    blind descent could not use either.
 
     Args:
         setup: the resolved scenario.
@@ -150,7 +152,7 @@ def make_train_host(setup: TrainSetup) -> EstimatorSystem | EstimatorBankSystem:
     """Returns the host that `add_host` adds."""
     estimator = estimator_of(setup.scenario.estimator, setup.scenario.where("estimator"))
     if setup.grasp.descent == "guided":
-        estimator = with_speed_change_detection(estimator)
+        estimator = SharpCornersEstimator(with_speed_change_detection(estimator))
     return make_host(estimator, setup.scenario.time_step, setup.faults, setup.several)
 
 

@@ -74,10 +74,13 @@ class TrainSetup:
     @property
     def arm_signals(self) -> tuple[str, ...]:
         """The outputs of the arm that vision reads, to mask the arm and to know where a camera on the hand is."""
+        return ("arm_state", "jaws") if isinstance(self.scenario.vision.method, SilhouetteTracker) else ()
+
+    @property
+    def update_cycles(self) -> int:
+        """Cycles from one pair of images that vision looks at to the next."""
         method = self.scenario.vision.method
-        if not isinstance(method, SilhouetteTracker):
-            return ()
-        return ("arm_state", "jaws") if method.mask_arm or self.has_wrist else ()
+        return method.update_cycles if isinstance(method, SilhouetteTracker) else 1
 
     @cached_property
     def arm(self) -> ArmDescription:
@@ -180,7 +183,9 @@ class TrainSetup:
         method = self.rendered.method
         newest = method.detector.resolve().stride if isinstance(method, MotionCentroid) else 0
         latency = min(self.scenario.vision.lag_cycles - newest - 1, MOST_LATENCY)
-        return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
+        if processes == 0 or latency <= 0:
+            return None
+        return ImagePipeline(latency, processes, lambda cycle: cycle % self.update_cycles == 0)
 
     @property
     def image_latency(self) -> int:

@@ -84,6 +84,7 @@ def image_vision(setup: TrainSetup, **settings: Any) -> RenderedVision:
         keep=setup.scenario.hand_eye.keep,
         lag_cycles=setup.scenario.vision.lag_cycles,
         image_latency=settings.get("image_latency", 0),
+        update_cycles=setup.update_cycles,
     )
 
 
@@ -129,7 +130,7 @@ def _several_vision(
         tracker,
         windows=setup.search_windows,
         image_windows=windows,
-        arm=(ArmShape(setup.arm), len(setup.arm.q_start)) if tracker.mask_arm else None,
+        arm=(ArmShape(setup.arm), len(setup.arm.q_start)),
         lag_cycles=scenario.vision.lag_cycles,
         work_volume=scenario.vision.work_volume,
         time_step=scenario.time_step,

@@ -1,7 +1,7 @@
 """The robot's own hand in the images of two cameras, as a Drake System."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -73,6 +73,7 @@ class HandMarkersSystem(LeafSystem):
         delay_cycles: cycles from the update with an image to the output of its `HandPoint`.
         period: of a cycle [s].
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
+        update_cycles: cycles from one pair of images that is looked at to the next; ``hand_point`` keeps its value.
     """
 
     def __init__(
@@ -88,12 +89,14 @@ class HandMarkersSystem(LeafSystem):
         delay_cycles: int = 0,
         period: float = VISION_PERIOD,
         image_latency: int = 0,
+        update_cycles: int = 1,
     ) -> None:
         super().__init__()
         self._kinematics, self._search, self._num_joints, self._height = kinematics, search, num_joints, height
         self._finders = [HandMarkerFinder(cameras[side], windows[side], search) for side in SIDES]
         self._length, self._period, self._latency = delay_cycles + 1, period, image_latency
-        self._kept_images = round(keep / period)
+        self._update_cycles = update_cycles
+        self._kept_images = round(keep / period / update_cycles)
         self._images = [
             self.DeclareAbstractInputPort(f"camera_{side}", AbstractValue.Make(ImageRgba8U())) for side in SIDES
         ]
@@ -113,9 +116,14 @@ class HandMarkersSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         time = capture_time(context.get_time(), self._latency, self._period)
-        if round(time / self._period) < 0:
+        cycle = round(time / self._period)
+        if cycle < 0:
             return
         memory = context.get_abstract_state(self._memory).get_value()
+        if cycle % self._update_cycles:
+            line = (*memory.line, memory.line[-1])[-self._length :]
+            state.get_mutable_abstract_state(self._memory).set_value(replace(memory, line=line))
+            return
         q = self._arm_state.Eval(context)[: self._num_joints]
         places = self._kinematics.places(q, JawState(self._jaws.Eval(context)).width)
         found = [

@@ -31,6 +31,7 @@ def add_wrist_view(
     *,
     lag_cycles: int,
     image_latency: int,
+    update_cycles: int,
     period: float,
     time_step: float,
     shares_arm: bool,
@@ -43,6 +44,7 @@ def add_wrist_view(
         parts: the camera and what finds the object.
         lag_cycles: as for `WristViewSystem`.
         image_latency: as for `WristViewSystem`.
+        update_cycles: as for `WristViewSystem`.
         period: of a cycle [s].
         time_step: the plant's step [s].
         shares_arm: whether the vision has the inputs ``arm_state`` and ``jaws`` already.
@@ -57,6 +59,7 @@ def add_wrist_view(
             held_width=parts.held_width,
             lag_cycles=lag_cycles,
             image_latency=image_latency,
+            update_cycles=update_cycles,
             period=period,
             offset=vision_slot(WRIST_SLOT, time_step),
         ),

@@ -106,6 +106,7 @@ class WristViewSystem(LeafSystem):
         held_width: opening of the jaws up to which they hold or have missed the object [m]; nothing is measured then.
         lag_cycles: cycles from the capture of an image until its measurement.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
+        update_cycles: cycles from one image that is looked at to the next.
         period: of a cycle [s].
         offset: of the measurement within a cycle [s].
 
@@ -120,6 +121,7 @@ class WristViewSystem(LeafSystem):
         held_width: float,
         lag_cycles: int = LAG_CYCLES,
         image_latency: int = 0,
+        update_cycles: int = 1,
         period: float = VISION_PERIOD,
         offset: float = vision_slot(WRIST_SLOT),
     ) -> None:
@@ -128,6 +130,7 @@ class WristViewSystem(LeafSystem):
             raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
         self._view, self._hand, self._held_width = view, hand, held_width
         self._lag, self._latency, self._period = lag_cycles, image_latency, period
+        self._update_cycles = update_cycles
         self._image = self.DeclareAbstractInputPort("camera_wrist", AbstractValue.Make(ImageRgba8U()))
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * hand.num_joints)
         self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
@@ -154,7 +157,8 @@ class WristViewSystem(LeafSystem):
         width = JawState(self._jaws.Eval(context)).width
         hand = read_only(np.array([*self._arm_state.Eval(context)[: self._hand.num_joints], width]))
         stamp, shot = capture_time(context.get_time(), self._latency, self._period), None
-        if self._image.HasValue(context) and round(stamp / self._period) >= 0:
+        cycle = round(stamp / self._period)
+        if self._image.HasValue(context) and cycle >= 0 and cycle % self._update_cycles == 0:
             image = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
             camera = self._hand.camera
             if camera.distortion.any():

@@ -18,4 +18,3 @@ class BeltParts(Contrast):
     coast_time: float = setting(3.0, "time after which a part that the arm hides is forgotten", "s", (0.05, 60.0))
     lost_after: ClassVar[float] = 0.3
     """Time after which a part that is not where it should be is forgotten [s]; chosen."""
-    mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")

@@ -65,7 +65,7 @@ class BackgroundSubtractionSystem(LeafSystem):
     image. ``motion_energy`` is the newest silhouette as a `DetectionMask`, for pictures.
 
     With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no
-    result.
+    result. There is none either for an image whose cycle is not a multiple of ``update_cycles``; it is not read.
 
     Args:
         model: `BackgroundModel`.
@@ -75,6 +75,7 @@ class BackgroundSubtractionSystem(LeafSystem):
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
         own_stamps: whether there is the input ``frame``.
         camera_motion: settings of the detection of motion of the camera itself.
+        update_cycles: cycles from one image that is looked at to the next.
 
     Raises DrakeTrackerError when the delay is negative.
     """
@@ -89,11 +90,12 @@ class BackgroundSubtractionSystem(LeafSystem):
         image_latency: int = 0,
         own_stamps: bool = False,
         camera_motion: CameraMotion = CameraMotion(),
+        update_cycles: int = 1,
     ) -> None:
         super().__init__()
         if delay_cycles < 0:
             raise DrakeTrackerError(f"delay_cycles is {delay_cycles}; it must be 0 or more")
-        self._model, self._period = model, period
+        self._model, self._period, self._update_cycles = model, period, update_cycles
         self._alignment = ImageAlignment(camera_motion)
         self._length, self._latency = int(delay_cycles) + 1, image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
@@ -115,12 +117,13 @@ class BackgroundSubtractionSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         time = capture_time(context.get_time(), self._latency, self._period)
-        if round(time / self._period) < 0:
+        cycle = round(time / self._period)
+        if cycle < 0:
             return
         memory = context.get_abstract_state(self._memory).get_value()
         found = None
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
-        if frame is None or frame.fresh:
+        if cycle % self._update_cycles == 0 and (frame is None or frame.fresh):
             hidden = self._hidden.Eval(context) if self._hidden.HasValue(context) else None
             image = self._model.smooth(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2RGB))
             stamp = time if frame is None else float(frame.stamp)

@@ -36,4 +36,4 @@ class SilhouetteTracker:
     )
     largest_std: ClassVar[float] = 0.03
     """Largest standard deviation of a point that is used [m]; chosen."""
-    mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
+    update_cycles: int = setting(1, "time from one pair of images to the next", "cycles", (1, 30))

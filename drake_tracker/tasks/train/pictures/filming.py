@@ -141,6 +141,8 @@ def train_film(setup: TrainSetup, hand_eye: HandEyeDiagram, subtitle: str) -> Fi
         offsets=_offsets(hand_eye),
         lag=setup.scenario.vision.lag_cycles * VISION_PERIOD,
         lag_cycles=setup.scenario.vision.lag_cycles,
+        every=2 - setup.update_cycles % 2,  # an image that vision does not look at is rendered only for the video
+        update_cycles=setup.update_cycles,
         script=TRAIN_SCRIPT,
         image_latency=hand_eye.world.image_latency,
         several=has_tracks(hand_eye),
