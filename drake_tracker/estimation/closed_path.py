@@ -107,6 +107,10 @@ class ClosedPathEstimator:
         """Returns the state before the first point."""
         return ClosedPathState(self._turn.initial_state())
 
+    def knows_path(self, state: ClosedPathState) -> bool:
+        """Returns whether the path has closed, so that bends ahead are known."""
+        return state.following is not None
+
     def ready(self, state: ClosedPathState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.following is not None or self._turn.ready(state.turn)

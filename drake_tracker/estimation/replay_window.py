@@ -126,6 +126,11 @@ class ReplayEstimator(Generic[Wrapped]):
         expected = self._estimator.predict(base.state, stamps)
         return stamps - base.stamp, expected, np.array([each.point[:2] for each in tested]) - expected[:, :2]
 
+    def knows_path(self, state: ReplayState) -> bool:
+        """Returns whether the wrapped estimator has learned the path."""
+        learned = getattr(self._estimator, "knows_path", None)
+        return learned is not None and bool(learned(state.present))
+
     def predict(self, state: ReplayState, times: np.ndarray) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 

@@ -12,22 +12,33 @@ length of the path (Kratky and Porod 1949, for the shape of chain molecules). It
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.coordinated_turn import AHEAD, EXPONENT, JUDGE_EVERY, MAX_ERROR, MEMORY
-from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator import Estimator, EstimatorState
 
 LENGTH = 0.010
 """Length of the line [m]: long against the noise, short against the straights between corners."""
 LONGEST, FEWEST = 0.5, 3
 """Largest age of its points [s], and their fewest number."""
-GOOD = 0.008
+GOOD = 0.015
 """Root mean square error [m] up to which the filter is left alone; chosen."""
 START_ERRORS = (0.003, 0.020)
 """Root mean square errors of filter and line that are assumed at first [m]."""
+
+State = TypeVar("State", bound=EstimatorState)
+
+
+@runtime_checkable
+class PathLearner(Estimator[State], Protocol[State]):
+    """An estimator that can learn a path."""
+
+    def knows_path(self, state: State) -> bool:
+        """Returns whether the path has been learned, so that bends ahead are known."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +68,7 @@ class SharpCornersState(FrozenState):
         due: predictions that are not due yet, oldest first.
         squares: mean squares of the errors of filter and line [m^2].
         kept: mean of the displacement along the line that became true, and of the displacement without a corner [m].
+        knows_path: whether the filter has learned the path.
     """
 
     wrapped: Any
@@ -64,6 +76,7 @@ class SharpCornersState(FrozenState):
     due: tuple[_Due, ...] = ()
     squares: tuple[float, float] = (START_ERRORS[0] ** 2, START_ERRORS[1] ** 2)
     kept: tuple[float, float] = (0.0, 0.0)
+    knows_path: bool = False
 
     @property
     def stamp(self) -> float:
@@ -80,6 +93,7 @@ class SharpCornersEstimator:
 
     def __init__(self, estimator: Estimator[Any]) -> None:
         self._estimator = estimator
+        self._knows_path = estimator.knows_path if isinstance(estimator, PathLearner) else None
 
     def initial_state(self) -> SharpCornersState:
         """Returns the state before the first point."""
@@ -94,6 +108,10 @@ class SharpCornersEstimator:
         wrapped = self._estimator.update(state.wrapped, stamp, p_WQ)
         if wrapped is state.wrapped or p_WQ is None:
             return state
+        knows = self._knows_path is not None and self._knows_path(wrapped)
+        if knows and not state.knows_path:  # what it predicted before says nothing
+            state = replace(state, due=(), squares=SharpCornersState.squares)
+        state = replace(state, knows_path=knows)
         place = np.array(p_WQ[:2], dtype=float)
         recent = np.vstack([state.recent[state.recent[:, 0] >= stamp - LONGEST], [stamp, *place]])
         state = _judged(replace(state, wrapped=wrapped, recent=read_only(recent)), stamp, place)
@@ -171,7 +189,7 @@ def persistence_length(state: SharpCornersState) -> float:
     shortest, longest = 1e-3, 1e3
     for _ in range(40):  # bisection of the logarithm
         middle = math.sqrt(shortest * longest)
-        if float(faded(np.float64(without), middle)) < kept:
+        if faded(np.array(without), middle) < kept:
             shortest = middle
         else:
             longest = middle
@@ -194,7 +212,7 @@ def _judged(state: SharpCornersState, stamp: float, place: np.ndarray) -> SharpC
         if stamp - judged.time >= JUDGE_EVERY or length == 0.0:
             continue
         direction = judged.ahead / length
-        predicted = judged.start + float(faded(np.float64(length), persistence)) * direction
+        predicted = judged.start + faded(np.array(length), persistence) * direction
         errors = (math.hypot(*(place - each)) for each in (judged.filtered, predicted))
         squares = [min(error, MAX_ERROR) ** 2 for error in errors]
         filtered, line = filtered + gain * (squares[0] - filtered), line + gain * (squares[1] - line)

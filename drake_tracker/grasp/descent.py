@@ -16,6 +16,7 @@ from scipy.special import stdtr
 
 from drake_tracker.core.messages import evaluate_prediction
 from drake_tracker.grasp.config import GraspConfig, touch_delay
+from drake_tracker.grasp.corner_memory import after_corners
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -25,7 +26,6 @@ from drake_tracker.grasp.prediction_memory import (
     PredictionMemory,
     X,
     Y,
-    places_seen,
     recent,
 )
 
@@ -41,21 +41,6 @@ TRUST = 2.0
 PRIOR_SURPRISES = 0.3
 """Surprises that an object is expected to have caused before it was seen. With 0.3, ovals and stadiums are grasped as
 early as with 0; with 0.5, 0.3 s or a lap later. Chosen on seeds 71000 to 71004, which no result uses."""
-KNOWN_BY, RECURS, FEWEST_CORNERS = 0.7, 0.3, 3
-"""Distance travelled [m] from which on surprises are no longer a first lap's, distance [m] within which an object that
-goes on to surprise does so again, and corners after which an object is known to turn at corners; chosen on seeds 74100
-to 74110."""
-CORNER, CHORD = math.radians(30.0), 0.010
-"""A corner turns a path by more than this [rad] between two chords of this length [m], one chord apart; chosen."""
-SPREAD = 0.004
-"""Predictions that were due this far [m] from a place count for the place; chosen."""
-EVIDENCE = 1.0
-"""Number of earlier corners that the probability without corners is worth; chosen."""
-SPEED_OVER = 0.5
-"""Time over which the speed of the object is measured [s]; chosen."""
-REPEATED, SAME_PATH, REPEATED_AT = 0.10, 0.015, 11
-"""Length of a piece of path [m] that no object but one on a closed track passes twice, within this distance [m] at this
-number of places; chosen."""
 SHORTEST = 0.01
 """Distance [m] from which on the direction of travel follows from the path; an object that stands keeps its own."""
 
@@ -120,8 +105,8 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
     A corner that begins unannounced is in no standard deviation. How often that happens is a property of the object's
     path. A *surprise* is an earlier prediction so wrong, across the path or in direction, that a grasp would have
     missed. A change of speed is none, since the hand catches up. Surprises count as a Poisson process over the distance
-    travelled, of unknown rate with the prior density 1/rate. An object without surprises so far is expected to cause
-    none, and an object at rest cannot cause any.
+    travelled, of unknown rate with the prior density ``rate ** (PRIOR_SURPRISES - 1)``. An object at rest cannot cause
+    any.
 
     Args:
         config: opening of the jaws and width of the object.
@@ -129,35 +114,12 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
         horizon: time for which the predictions were made [s]. Errors less than this apart have the same cause.
         distance: distance that the object will travel from the measurement to the touch [m].
     """
-    count, travelled = len(surprises(config, records, horizon)), float(_travelled(records).sum())
+    stamps = records[is_wrong(config, records), STAMP]
+    count = int(np.count_nonzero(np.diff(stamps, prepend=-np.inf) > horizon))
+    travelled = float(np.sum(np.hypot(np.diff(records[:, X]), np.diff(records[:, Y]))))
     if travelled == 0.0:
         return float(count == 0)
     return (travelled / (travelled + distance)) ** (count + PRIOR_SURPRISES)
-
-
-def is_restless(config: GraspConfig, memory: PredictionMemory, horizon: float) -> bool:
-    """Returns whether an object goes on to surprise: waiting does not make a grasp more likely to succeed.
-
-    On a closed track, what surprised in the first lap is known in the second. An object that passes its own path again
-    is not restless.
-
-    Args:
-        config: as for `no_surprise`.
-        memory: predictions made so far.
-        horizon: as for `no_surprise`.
-    """
-    path = _path(memory)
-    due, corners = _corners(memory, path, horizon)
-    if len(corners) <= FEWEST_CORNERS or path.travelled[-1] < KNOWN_BY:
-        return False
-    lately = is_wrong(config, memory.records[due >= due[-1] - RECURS])
-    return bool(lately.any()) and not _is_known(path)
-
-
-def surprises(config: GraspConfig, records: np.ndarray, horizon: float) -> np.ndarray:
-    """Returns the indices of the records at which surprises begin, see `no_surprise`."""
-    places = np.flatnonzero(is_wrong(config, records))
-    return places[np.diff(records[places, STAMP], prepend=-np.inf) > horizon]
 
 
 def is_wrong(config: GraspConfig, records: np.ndarray, offset: Offset = Offset()) -> np.ndarray:
@@ -172,11 +134,6 @@ def is_wrong(config: GraspConfig, records: np.ndarray, offset: Offset = Offset()
     if not config.turns:
         wrong |= np.abs(records[:, ALONG] + offset.along) > config.reach
     return wrong
-
-
-def _travelled(records: np.ndarray) -> np.ndarray:
-    """Returns the distances between the places of successive records [m]."""
-    return np.hypot(np.diff(records[:, X]), np.diff(records[:, Y]))
 
 
 def _room(config: GraspConfig) -> float:
@@ -243,90 +200,8 @@ def likelihood(
     x0, y0 = evaluate_prediction(packet, target.stamp)[:2]
     x, y = evaluate_prediction(packet, target.stamp + ahead)[:2]
     probability *= no_surprise(config, memory.records, ahead, math.hypot(x - x0, y - y0))
-    return after_corners(config, memory, ahead, target.time + remaining - target.stamp, offset, probability)
-
-
-def after_corners(
-    config: GraspConfig, memory: PredictionMemory, ahead: float, duration: float, offset: Offset, otherwise: float
-) -> float:
-    """Returns the probability that a grasp succeeds, from what became of predictions as far behind earlier corners.
-
-    The distance from one corner of a path to the next is no more random than the path: straights of one length are
-    common. Hence the predictions that were due as far behind earlier corners as the touch will be behind the newest one
-    say more than all together. The records count the cases; the other probability counts as `EVIDENCE` cases.
-
-    Args:
-        config: as for `no_surprise`.
-        memory: predictions made so far.
-        ahead: time for which they were made [s].
-        duration: time from the newest measurement to the touch [s].
-        offset: by how much the hand misses the predicted place.
-        otherwise: probability that does not know of corners.
-    """
-    path = _path(memory)
-    due, corners = _corners(memory, path, ahead)
     wrong = is_wrong(config, memory.records, offset)
-    if len(corners) <= FEWEST_CORNERS or not wrong.any() or _is_known(path):
-        return otherwise
-    lately = float(np.interp(path.stamps[-1] - SPEED_OVER, path.stamps, path.travelled))
-    behind_corner = path.travelled[-1] - corners[-1] + (path.travelled[-1] - lately) * duration / SPEED_OVER
-    shares = [wrong[np.abs(due - place) <= SPREAD] for place in corners[:-1] + behind_corner if place <= due[-1]]
-    cases = [1.0 - float(share.mean()) for share in shares if len(share)]
-    return (sum(cases) + EVIDENCE * otherwise) / (len(cases) + EVIDENCE)
-
-
-class _Path(NamedTuple):
-    """Where an object was seen.
-
-    Attributes:
-        stamps: shape (n,) [s].
-        places: shape (n, 2) [m].
-        travelled: distance from the first place along the path, shape (n,) [m].
-    """
-
-    stamps: np.ndarray
-    places: np.ndarray
-    travelled: np.ndarray
-
-
-def _path(memory: PredictionMemory) -> _Path:
-    seen = places_seen(memory)
-    steps = np.hypot(*np.diff(seen[:, 1:], axis=0).T)
-    return _Path(seen[:, 0], seen[:, 1:], np.append(0.0, np.cumsum(steps)))
-
-
-def _corners(memory: PredictionMemory, path: _Path, ahead: float) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the positions along the path at which predictions were due, and those of its corners [m]."""
-    due = np.interp(memory.records[:, STAMP] + ahead, path.stamps, path.travelled)
-    return due, due[corners_of(path.places, path.travelled, due)]
-
-
-def _is_known(path: _Path) -> bool:
-    """Returns whether the object has just passed a piece of its own path again, as on a closed track."""
-    back = np.linspace(0.0, REPEATED, REPEATED_AT)
-    near = np.hypot(*(path.places - path.places[-1]).T) <= SAME_PATH
-    ends = path.travelled[near & (path.travelled >= REPEATED) & (path.travelled <= path.travelled[-1] - REPEATED)]
-    x, y = (np.interp(path.travelled[-1] - back, path.travelled, column) for column in path.places.T)
-    x_then, y_then = (np.interp(ends[:, None] - back, path.travelled, column) for column in path.places.T)
-    return bool(np.any(np.all(np.hypot(x_then - x, y_then - y) <= SAME_PATH, axis=1)))
-
-
-def corners_of(places: np.ndarray, travelled: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns the indices of those positions along a path behind which it has just turned by more than `CORNER`.
-
-    Args:
-        places: places on the path, shape (n, 2) [m].
-        travelled: positions of the places along the path, shape (n,) [m].
-        at: positions that are asked for, increasing, shape (m,) [m].
-    """
-
-    def direction(end: np.ndarray) -> np.ndarray:
-        x, y = (np.interp(end, travelled, column) - np.interp(end - CHORD, travelled, column) for column in places.T)
-        return x + 1j * y
-
-    turned = np.abs(np.angle(direction(at) * np.conj(direction(at - 2.0 * CHORD)))) > CORNER
-    found = np.flatnonzero(turned & ~np.append(False, turned[:-1]))
-    return found[np.diff(at[found], prepend=-np.inf) > 2.0 * CHORD]
+    return after_corners(memory, wrong, ahead, target.time + remaining - target.stamp, probability)
 
 
 def lately_judged(config: GraspConfig, memory: PredictionMemory, target: Any) -> np.ndarray:

@@ -16,7 +16,8 @@ from drake_tracker.arm.motion.differential_ik import rehearse
 from drake_tracker.arm.motion.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.descent import horizon, is_restless, lately_judged
+from drake_tracker.grasp.corner_memory import is_restless
+from drake_tracker.grasp.descent import horizon, is_wrong, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -90,7 +91,7 @@ def judge_probability(
     if p_success >= config.launch_probability:
         return Gate.OPEN
     worth = p_success >= max(LEAST_CHANCE, NEARLY * best)
-    if worth and is_restless(config, memory, horizon(config, target)):
+    if worth and is_restless(memory, is_wrong(config, memory.records), horizon(config, target)):
         return Gate.OPEN
     return Gate.SUCCESS_UNLIKELY
 

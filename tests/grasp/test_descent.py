@@ -13,7 +13,6 @@ from drake_tracker.grasp.descent import (
     TRUST,
     Offset,
     horizon,
-    is_restless,
     likelihood,
     miss,
     no_surprise,
@@ -21,7 +20,7 @@ from drake_tracker.grasp.descent import (
     time_to_touch,
 )
 from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, YAW, PredictionMemory, X, Y
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X
 
 CONFIG = GraspConfig(descent="blind", gate="auto")
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
@@ -225,31 +224,3 @@ def test_an_object_that_does_not_turn_may_be_missed_along_the_jaws_but_not_in_di
     corner[:, X] = np.linspace(0.0, 0.2, len(corner))
     assert no_surprise(cube, corner, HORIZON, 0.05) == pytest.approx(survival(1, 0.2, 0.05), rel=1e-4)
     assert no_surprise(CONFIG, corner, HORIZON, 0.05) == pytest.approx(survival(0, 0.2, 0.05), rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("surprises", "travelled", "restless"),
-    [
-        ((6.0, 8.0, 9.5), 1.0, True),
-        ((6.0, 8.0, 9.5), 0.5, False),
-        ((1.0, 2.0, 3.0), 1.0, False),
-        ((9.0, 9.8), 1.0, False),
-    ],
-)
-def test_a_restless_object_has_surprised_lately_and_often(surprises, travelled, restless):
-    """What surprised in the first lap of a closed track does not count, nor does a path that is passed again."""
-    rows = walk(*surprises, travelled=travelled)
-    assert is_restless(CONFIG, rows, HORIZON) == restless
-    config = GraspConfig(descent="guided", gate="probability")
-    rows[:, STAMP] += STAMP_NOW - 0.4 - rows[-1, STAMP]
-    for p_success, best, verdict in (
-        (0.5, 0.52, Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY),
-        (0.5, 0.6, Gate.SUCCESS_UNLIKELY),
-        (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
-    ):
-        assert judge_probability(config, PredictionMemory((), rows), target(), p_success, best) == verdict
-    angle = 2.0 * np.pi * np.linspace(0.0, travelled, len(rows)) / 0.4
-    rows[:, X], rows[:, Y], rows[:, YAW] = 0.4 / 2.0 / np.pi * np.cos(angle), 0.4 / 2.0 / np.pi * np.sin(angle), angle
-    assert not is_restless(CONFIG, rows, HORIZON), "laps of a circle"
-    rows[:, YAW] = 1.4 * angle
-    assert is_restless(CONFIG, rows, HORIZON) == restless, "the same places in other directions"

@@ -136,8 +136,8 @@ def make_world(
 def add_host(setup: TrainSetup, builder: DiagramBuilder) -> EstimatorSystem | EstimatorBankSystem:
     """Adds the host: an estimator for the object, or one for each of several objects.
 
-    For a guided descent the estimator also detects sudden changes of speed, and knows that there may be sharp corners; a
-    blind descent could not use either.
+    For a guided descent the estimator also detects sudden changes of speed, and expects sharp corners; a blind descent
+    could use neither.
 
     Args:
         setup: the resolved scenario.
