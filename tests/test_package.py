@@ -25,8 +25,8 @@ SUBSYSTEMS = (
 )
 TASKS = ("scenarios", "diagrams", "tasks")
 APPLICATIONS = (
-    *("run", "replay", "live", "report", "campaign", "calibration", "own_cameras", "figures", "commands"),
-    *("cli", "__main__", "__init__"),
+    *("run", "replay", "live", "report", "campaign", "calibration", "own_cameras", "figures", "environments"),
+    *("commands", "cli", "__main__", "__init__"),
 )
 CONTROLLER = ("cameras", "vision", "measured", "estimation", "dispatch", "link", "arm", "grasp", "network")
 FORBIDDEN = {

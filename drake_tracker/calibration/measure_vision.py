@@ -17,8 +17,7 @@ from drake_tracker.measured.measured_error import AXES, MeasuredError
 from drake_tracker.measured.measured_error_file import save_error
 from drake_tracker.measured.measured_error_fit import HEADINGS, Sighting, SpeedFit, combine, fit_speed
 from drake_tracker.run.log_recorder import add_loggers, read_log
-from drake_tracker.tasks.registry import require_task
-from drake_tracker.tasks.train.diagram import make_train_diagram
+from drake_tracker.tasks.registry import make_diagram, require_task
 from drake_tracker.tasks.train.episode import errors, train_pose
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
 from drake_tracker.tasks.train.setup import resolve
@@ -150,7 +149,7 @@ def watch(scenario: TrainScenario, seed: int, laps: int, speed: float, progress:
     distance = laps * track.length if track.closed else track.length - start
     duration = float(distance / speed + SETTLED)
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration})  # no grasp
-    hand_eye = make_train_diagram(scenario)
+    hand_eye = make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     loggers = add_loggers(builder, hand_eye, TASK)

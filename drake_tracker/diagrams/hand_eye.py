@@ -2,6 +2,8 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
+Controller = tuple[System, System, Diagram]
+"""Host, link and arm, connected to each other."""
 SELECTED = "selected"
 """Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
-from pydrake.systems.framework import System
+from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.errors import DrakeTrackerError
@@ -29,7 +29,7 @@ from drake_tracker.core.messages import (
     TrackPoint,
 )
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
@@ -191,14 +191,24 @@ class Task(Protocol[Scenario]):
         """
         return
 
-    def build(self, scenario: Scenario, initialisation: Any) -> HandEyeDiagram:
+    def build(self, scenario: Scenario, initialisation: Any, decision: System | None = None) -> HandEyeDiagram:
         """Returns the diagram of a scenario. Does not simulate.
 
         Args:
             scenario: the scenario.
             initialisation: the return value of `initialise`.
+            decision: replaces the System that decides on the motion of the hand, see `ArmDiagram`.
 
         Raises DrakeTrackerError when the scenario cannot be built.
+        """
+        ...
+
+    def add_controller(
+        self, scenario: Scenario, initialisation: Any, builder: DiagramBuilder, host: System | None = None
+    ) -> Controller:
+        """Adds the controller of a scenario to a diagram, without world and vision. ``host`` replaces its host.
+
+        Raises DrakeTrackerError when a part of the controller cannot be made.
         """
         ...
 

@@ -12,7 +12,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults import config
 from drake_tracker.faults.fault import FaultyView
 from drake_tracker.faults.image_faults_system import add_image_faults
-from drake_tracker.tasks.ball.diagram import make_ball_diagram
+from drake_tracker.tasks.registry import make_diagram
 
 VIEW = FaultyView("left", CAMERAS["left"], (100, 110, 40, 30))
 
@@ -83,7 +83,7 @@ def test_a_run_continues_from_a_copy_of_its_context():
 @pytest.mark.parametrize("tag, dark", [(config.CameraDark(at=0.05), True), (config.CameraDark(at=5.0), False)])
 def test_the_camera_of_the_ball_has_faults_too(tag, dark):
     scenario = make_scenario(seed=3).with_settings({"faults": [tag], "camera.render_processes": "0"})
-    hand_eye = make_ball_diagram(scenario, true_poses(scenario))
+    hand_eye = make_diagram(scenario, true_poses(scenario))
     context = hand_eye.CreateDefaultContext()
     context.SetTime(0.1)
     assert bool((hand_eye.GetOutputPort("camera").Eval(context).data[..., :3] == 0).all()) is dark

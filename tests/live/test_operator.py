@@ -19,7 +19,7 @@ from drake_tracker.live.operator_system import LEAD, OperatorSystem, add_operato
 from drake_tracker.live.view import LiveView
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
-from drake_tracker.tasks.ball.diagram import make_ball_diagram
+from drake_tracker.tasks.registry import make_diagram
 
 
 def test_the_panel_keeps_mode_and_steps_until_they_are_read():
@@ -119,7 +119,7 @@ def test_the_system_passes_the_selection_on_and_logs_it():
 
 def test_the_hand_with_the_cup_listens_to_the_operator_too():
     scenario = make_scenario(seed=4)
-    hand_eye = make_ball_diagram(scenario, true_poses(scenario))
+    hand_eye = make_diagram(scenario, true_poses(scenario))
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     panel = OperatorPanel()

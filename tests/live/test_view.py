@@ -26,10 +26,9 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
 from drake_tracker.run.options import RunOptions
-from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.filming import BALL_STRIPS
 from drake_tracker.tasks.ball.initialisation import initialise_board
-from drake_tracker.tasks.registry import task_named, task_of
+from drake_tracker.tasks.registry import make_diagram, task_named, task_of
 from drake_tracker.world.config import OperatorConfig
 
 
@@ -106,7 +105,7 @@ def test_the_page_gets_the_probability_of_success_while_a_grasp_is_possible():
 
 def test_the_strips_of_a_ball_read_its_ports():
     scenario, samples = make_scenario(seed=4), []
-    hand_eye = make_ball_diagram(scenario, true_poses(scenario))
+    hand_eye = make_diagram(scenario, true_poses(scenario))
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     model = make_arm_model(arm_of(scenario))

@@ -4,7 +4,6 @@ from .diagram import ball_host as ball_host
 from .diagram import board_projector as board_projector
 from .diagram import board_vision as board_vision
 from .diagram import build as build
-from .diagram import make_ball_diagram as make_ball_diagram
 from .initialisation import BoardTouchingDiagram as BoardTouchingDiagram
 from .initialisation import initialise_board as initialise_board
 from .path_figure import draw_ball_path as draw_ball_path

@@ -4,22 +4,20 @@ from dataclasses import asdict
 from functools import partial
 
 import numpy as np
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.safety.packet_guard import PacketGuard
-from drake_tracker.cameras.boards.board_poses import BoardPoses
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, PROJECTOR_SLOT, vision_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import link_of, make_host
 from drake_tracker.estimation.estimator import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.ball.catch_machine import CatchMachine
 from drake_tracker.grasp.ball.catch_system import CatchSystem
-from drake_tracker.scenarios.base import BaseScenario
-from drake_tracker.tasks.ball.setup import BallSetup, resolve
+from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.vision.centroid.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.centroid.detectors import make_detector
 from drake_tracker.vision.centroid.motion_centroid_system import needs_image
@@ -37,23 +35,12 @@ from drake_tracker.world.imaging.image_pipeline import ImagePipeline, process_co
 from drake_tracker.world.train.plant import table_box
 
 
-def make_ball_diagram(scenario: BaseScenario, poses: BoardPoses) -> HandEyeDiagram:
-    """Returns the hand-eye diagram of a scenario, with the poses of the board as its attribute ``poses``.
-
-    Args:
-        scenario: the scenario. All random numbers are drawn from its ``seed``.
-        poses: poses of the board, as `initialise_board` finds them.
-
-    Raises DrakeTrackerError when the scenario cannot be built.
-    """
-    return build(resolve(scenario, poses))
-
-
-def build(setup: BallSetup) -> HandEyeDiagram:
+def build(setup: BallSetup, decision: System | None = None) -> HandEyeDiagram:
     """Adds and connects the five boxes of a hand-eye system.
 
     Args:
         setup: the resolved scenario.
+        decision: replaces the catch machine.
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
@@ -64,15 +51,11 @@ def build(setup: BallSetup) -> HandEyeDiagram:
     world = add_world(setup, builder, pipeline)
     vision = board_vision(setup, detector, setup.window, 0 if pipeline is None else pipeline.latency)
     builder.AddSystem(vision)
-    host = builder.AddSystem(ball_host(setup))
-    link = builder.AddSystem(link_of(setup.scenario, setup.faults))
-    arm = add_arm(setup, builder)
+    host, link, arm = add_controller(setup, builder, decision=decision)
 
-    # Images become points on the board, points predictions, and these reach the arm over the link.
+    # Images become points on the board, and points become predictions.
     connect(builder, world, vision)
     connect(builder, vision, host)
-    connect(builder, host, link, prediction="packet")
-    connect(builder, link, arm, delivered="packet")
     # The arm reads its joints and drives them. It also says when it is ready for the ball.
     connect(builder, world, arm)
     connect(builder, arm, world)
@@ -80,6 +63,18 @@ def build(setup: BallSetup) -> HandEyeDiagram:
     hand_eye = HandEyeDiagram(builder, world=world, vision=vision, host=host, link=link, arm=arm)
     hand_eye.poses = setup.poses
     return hand_eye
+
+
+def add_controller(
+    setup: BallSetup, builder: DiagramBuilder, *, host: System | None = None, decision: System | None = None
+) -> Controller:
+    """Adds and connects host, link and arm. ``host`` and ``decision`` replace the host and the catch machine."""
+    host = builder.AddSystem(ball_host(setup) if host is None else host)
+    link = builder.AddSystem(link_of(setup.scenario, setup.faults))
+    arm = add_arm(setup, builder, decision)
+    connect(builder, host, link, prediction="packet")
+    connect(builder, link, arm, delivered="packet")
+    return host, link, arm
 
 
 def add_world(setup: BallSetup, builder: DiagramBuilder, pipeline: ImagePipeline | None) -> BallWorldDiagram:
@@ -104,19 +99,22 @@ def add_world(setup: BallSetup, builder: DiagramBuilder, pipeline: ImagePipeline
     return builder.AddSystem(BallWorldDiagram(config, board=scenario.board, ball=scenario.ball, camera=scenario.camera))
 
 
-def add_arm(setup: BallSetup, builder: DiagramBuilder) -> ArmDiagram:
+def add_arm(setup: BallSetup, builder: DiagramBuilder, decision: System | None = None) -> ArmDiagram:
     """Adds the computer of the arm: packet guard, servo, catch machine, transform equation and inverse kinematics.
 
     Args:
         setup: the resolved scenario.
         builder: of the diagram.
+        decision: replaces the catch machine; None: it is made.
     """
     scenario, edge = setup.scenario, setup.edge
-    catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
-    catch.set_name("catch")
+    if decision is None:
+        machine = CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD)
+        decision = CatchSystem(machine, scenario.time_step, BALL_SERVO_PERIOD)
+        decision.set_name("catch")
     return builder.AddSystem(
         ArmDiagram(
-            catch,
+            decision,
             ball_guard(setup),
             scenario.servo,
             setup.model,

@@ -5,21 +5,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import System
+from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.cameras.boards.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
 from drake_tracker.core.messages import CatchDiagnosis, CatchVerdict
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP, PROJECTOR_SLOT, vision_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import (
+    add_controller,
     ball_guard,
     ball_host,
     board_detector,
     board_projector,
     board_vision,
-    make_ball_diagram,
+    build,
 )
 from drake_tracker.tasks.ball.filming import BALL_STRIPS, ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
@@ -117,8 +118,13 @@ class BallTask(Task[BallScenario]):
     def save_initialisation(self, initialisation: BoardPoses, folder: Path) -> None:
         save_poses(initialisation, folder / POSES_FILE)
 
-    def build(self, scenario: BallScenario, initialisation: BoardPoses | None) -> HandEyeDiagram:
-        return make_ball_diagram(scenario, required(initialisation, self.name))
+    def build(self, scenario: BallScenario, initialisation: Any, decision: System | None = None) -> HandEyeDiagram:
+        return build(resolve(scenario, required(initialisation, self.name)), decision)
+
+    def add_controller(
+        self, scenario: BallScenario, initialisation: Any, builder: DiagramBuilder, host: System | None = None
+    ) -> Controller:
+        return add_controller(resolve(scenario, required(initialisation, self.name)), builder, host=host)
 
     def ended(self, verdict: Any) -> str | None:
         if verdict.caught:

@@ -5,7 +5,6 @@ from .diagram import conveyor_guard as conveyor_guard
 from .diagram import conveyor_host as conveyor_host
 from .diagram import conveyor_link as conveyor_link
 from .diagram import image_vision as image_vision
-from .diagram import make_conveyor_diagram as make_conveyor_diagram
 from .figures import draw_conveyor as draw_conveyor
 from .lost_parts import LostPart as LostPart
 from .lost_parts import lost_parts as lost_parts

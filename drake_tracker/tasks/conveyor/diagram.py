@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
@@ -14,7 +14,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import PickOrder
 from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.dispatch.candidate import Cell
 from drake_tracker.dispatch.cycle_time import CycleModel
@@ -28,9 +28,8 @@ from drake_tracker.grasp.conveyor.pick_system import PickSystem
 from drake_tracker.link.link_system import LinkDiagram
 from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
 from drake_tracker.measured.measured_vision_diagram import MeasuredVisionDiagram
-from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.scenario import Measured
-from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup, resolve
+from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup
 from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
 from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.conveyor.conveyor_config import cell_centres
@@ -51,22 +50,12 @@ BESIDE_BELT = 0.02
 """Distance beside and above the belt up to which a packet may begin [m]."""
 
 
-def make_conveyor_diagram(scenario: BaseScenario) -> HandEyeDiagram:
-    """Returns the hand-eye diagram of a scenario.
-
-    Args:
-        scenario: the scenario. All random numbers are drawn from its ``seed``.
-
-    Raises DrakeTrackerError when the scenario cannot be built.
-    """
-    return build(resolve(scenario))
-
-
-def build(setup: ConveyorSetup) -> HandEyeDiagram:
+def build(setup: ConveyorSetup, decision: System | None = None) -> HandEyeDiagram:
     """Adds and connects the five boxes of a hand-eye system.
 
     Args:
         setup: the resolved scenario.
+        decision: replaces the pick machine.
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
@@ -85,23 +74,33 @@ def build(setup: ConveyorSetup) -> HandEyeDiagram:
     vision = make_vision(setup)
     world = add_world(setup, builder)
     builder.AddSystem(vision)
-    host = builder.AddSystem(conveyor_host(setup))
-    link = builder.AddSystem(conveyor_link(setup))
-    arm = add_arm(setup, builder)
+    host, link, arm = add_controller(setup, builder, decision=decision)
 
-    # Images become parts on the belt. The host also reads the encoder of the belt, and what the arm reports.
+    # Images become parts on the belt. The host also reads the encoder of the belt.
     connect(builder, world, vision)
     connect(builder, vision, host)
-    connect(builder, arm, host)
     connect(builder, world, host)
-    # Packets of predicted path and orders go over the link.
-    connect(builder, host, link, prediction="packet")
-    connect(builder, link, arm, delivered="packet", delivered_order="order")
     # The arm reads its joints and jaws, and drives them.
     connect(builder, world, arm)
     connect(builder, arm, world)
 
     return HandEyeDiagram(builder, world=world, vision=vision, host=host, link=link, arm=arm)
+
+
+def add_controller(
+    setup: ConveyorSetup, builder: DiagramBuilder, *, host: System | None = None, decision: System | None = None
+) -> Controller:
+    """Adds and connects host, link and arm. ``host`` and ``decision`` replace the host and the pick machine.
+
+    Packets and orders go over the link; the host reads what the arm reports.
+    """
+    host = builder.AddSystem(conveyor_host(setup) if host is None else host)
+    link = builder.AddSystem(conveyor_link(setup))
+    arm = add_arm(setup, builder, decision)
+    connect(builder, arm, host)
+    connect(builder, host, link, prediction="packet")
+    connect(builder, link, arm, delivered="packet", delivered_order="order")
+    return host, link, arm
 
 
 def add_world(setup: ConveyorSetup, builder: DiagramBuilder) -> ConveyorWorldDiagram:
@@ -250,17 +249,19 @@ def conveyor_link(setup: ConveyorSetup) -> LinkDiagram:
     return LinkDiagram(packets, orders, "order")
 
 
-def add_arm(setup: ConveyorSetup, builder: DiagramBuilder) -> ArmDiagram:
+def add_arm(setup: ConveyorSetup, builder: DiagramBuilder, decision: System | None = None) -> ArmDiagram:
     """Adds the computer of the arm: packet guard, servo, pick machine, transform equation and inverse kinematics.
 
     Args:
         setup: the resolved scenario.
         builder: of the diagram.
+        decision: replaces the pick machine; None: it is made.
     """
     scenario, model = setup.scenario, setup.model
-    machine = PickMachine(scenario.pick, model, SERVO_PERIOD, setup.home, place_volume(setup))
-    decision = PickSystem(machine, scenario.time_step)
-    decision.set_name("pick")
+    if decision is None:
+        machine = PickMachine(scenario.pick, model, SERVO_PERIOD, setup.home, place_volume(setup))
+        decision = PickSystem(machine, scenario.time_step)
+        decision.set_name("pick")
     return builder.AddSystem(
         ArmDiagram(
             decision,

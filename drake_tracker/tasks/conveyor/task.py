@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal
@@ -27,16 +28,17 @@ from drake_tracker.core.messages import (
     packet_target,
 )
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, VISION_PERIOD, servo_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.conveyor.diagram import (
+    add_controller,
+    build,
     conveyor_guard,
     conveyor_host,
     conveyor_link,
     image_vision,
-    make_conveyor_diagram,
 )
 from drake_tracker.tasks.conveyor.filming import CONVEYOR_STRIPS, CONVEYOR_VIEW, PREDICTING, conveyor_film
 from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
@@ -180,8 +182,13 @@ class ConveyorTask(Task[ConveyorScenario]):
         low = scenario.belt.height
         return CalibrationPlace(low, ((x0, y0, low), (x1, y1, low + HIGHEST)), "belt")
 
-    def build(self, scenario: ConveyorScenario, initialisation: Any) -> HandEyeDiagram:
-        return make_conveyor_diagram(scenario)
+    def build(self, scenario: ConveyorScenario, initialisation: Any, decision: System | None = None) -> HandEyeDiagram:
+        return build(resolve(scenario), decision)
+
+    def add_controller(
+        self, scenario: ConveyorScenario, initialisation: Any, builder: DiagramBuilder, host: System | None = None
+    ) -> Controller:
+        return add_controller(resolve(scenario), builder, host=host)
 
     def ended(self, verdict: Any) -> str | None:
         settled = verdict.placed + verdict.missed + verdict.dropped

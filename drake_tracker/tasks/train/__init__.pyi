@@ -1,9 +1,8 @@
 from .diagram import add_arm as add_arm
-from .diagram import add_host as add_host
+from .diagram import add_controller as add_controller
 from .diagram import add_link as add_link
 from .diagram import add_world as add_world
 from .diagram import build as build
-from .diagram import make_train_diagram as make_train_diagram
 from .reach import Reach as Reach
 from .scenario import Measured as Measured
 from .scenario import Rendered as Rendered

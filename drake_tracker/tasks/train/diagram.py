@@ -11,7 +11,7 @@ from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram, connect
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram, connect
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -20,9 +20,8 @@ from drake_tracker.estimation.sudden_change import with_speed_change_detection
 from drake_tracker.grasp.train.grasp_machine import GraspMachine
 from drake_tracker.grasp.train.grasp_system import GraspSystem
 from drake_tracker.link.link_system import LinkDiagram, LinkSystem
-from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.train.objects import train_objects
-from drake_tracker.tasks.train.setup import TrainSetup, resolve
+from drake_tracker.tasks.train.setup import TrainSetup
 from drake_tracker.tasks.train.track_placement import check_track
 from drake_tracker.tasks.train.vision import make_vision
 from drake_tracker.world.base_world_diagram import WorldConfig
@@ -32,25 +31,16 @@ from drake_tracker.world.train.plant import table_box
 from drake_tracker.world.train.world_diagram import WorldDiagram
 
 
-def make_train_diagram(scenario: BaseScenario) -> HandEyeDiagram:
-    """Returns the hand-eye diagram of a scenario.
-
-    Args:
-        scenario: the scenario. All random numbers are drawn from its ``seed``.
-
-    Raises DrakeTrackerError when the scenario cannot be built: a file is missing, the track is out of reach, or the
-    vision would never see the train.
-    """
-    return build(resolve(scenario))
-
-
-def build(setup: TrainSetup, *, vision: Diagram | None = None, host: System | None = None) -> HandEyeDiagram:
+def build(
+    setup: TrainSetup, *, vision: Diagram | None = None, host: System | None = None, decision: System | None = None
+) -> HandEyeDiagram:
     """Adds and connects the five boxes of a hand-eye system.
 
     Args:
         setup: the resolved scenario.
         vision: a substitute for the vision of the scenario.
         host: a substitute for the host of the scenario.
+        decision: replaces the grasp machine.
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
@@ -64,24 +54,32 @@ def build(setup: TrainSetup, *, vision: Diagram | None = None, host: System | No
     builder = DiagramBuilder()
     world = add_world(setup, builder, pipeline)
     builder.AddSystem(vision)
-    host = add_host(setup, builder) if host is None else builder.AddSystem(host)
-    link = add_link(setup, builder)
-    arm = add_arm(setup, builder)
+    host, link, arm = add_controller(setup, builder, host=host, decision=decision)
 
     # Images go to vision, or the truth if vision is measured, and the joints if vision masks the arm.
     connect(builder, world, vision)
     # The point goes to the host, or the tracks of several objects. The host says where it expects those that are lost.
     connect(builder, vision, host)
     connect(builder, host, vision)
-    # Packets of predicted path go over the link, and the measured points of the hand if vision sees its markers.
-    connect(builder, host, link, prediction="packet")
+    # The measured points of the hand go over the link if vision sees its markers.
     connect(builder, vision, link)
-    connect(builder, link, arm, delivered="packet", delivered_hand_point="hand_point")
     # The arm reads its joints and jaws, and drives them. A launch may trigger an event in the laboratory.
     connect(builder, world, arm)
     connect(builder, arm, world, command="launch")
 
     return HandEyeDiagram(builder, world=world, vision=vision, host=host, link=link, arm=arm)
+
+
+def add_controller(
+    setup: TrainSetup, builder: DiagramBuilder, *, host: System | None = None, decision: System | None = None
+) -> Controller:
+    """Adds and connects host, link and arm. ``host`` and ``decision`` replace the host and the grasp machine."""
+    host = builder.AddSystem(make_train_host(setup) if host is None else host)
+    link = add_link(setup, builder)
+    arm = add_arm(setup, builder, decision)
+    connect(builder, host, link, prediction="packet")
+    connect(builder, link, arm, delivered="packet", delivered_hand_point="hand_point")
+    return host, link, arm
 
 
 def add_world(setup: TrainSetup, builder: DiagramBuilder, pipeline: ImagePipeline | None = None) -> WorldDiagram:
@@ -133,23 +131,17 @@ def make_world(
     )
 
 
-def add_host(setup: TrainSetup, builder: DiagramBuilder) -> EstimatorSystem | EstimatorBankSystem:
-    """Adds the host: an estimator for the object, or one for each of several objects.
+def make_train_host(setup: TrainSetup) -> EstimatorSystem | EstimatorBankSystem:
+    """Returns the host: an estimator for the object, or one for each of several objects.
 
     For a guided descent the estimator also detects sudden changes of speed, and expects sharp corners; a blind descent
     could use neither.
 
     Args:
         setup: the resolved scenario.
-        builder: of the diagram.
 
     Raises DrakeTrackerError when the estimator cannot be made.
     """
-    return builder.AddSystem(make_train_host(setup))
-
-
-def make_train_host(setup: TrainSetup) -> EstimatorSystem | EstimatorBankSystem:
-    """Returns the host that `add_host` adds."""
     estimator = estimator_of(setup.scenario.estimator, setup.scenario.where("estimator"))
     if setup.grasp.descent == "guided":
         estimator = SharpCornersEstimator(with_speed_change_detection(estimator))
@@ -169,19 +161,22 @@ def add_link(setup: TrainSetup, builder: DiagramBuilder) -> LinkSystem | LinkDia
     return builder.AddSystem(LinkDiagram(link, link_of(setup.scenario, setup.faults, HandPoint)))
 
 
-def add_arm(setup: TrainSetup, builder: DiagramBuilder) -> ArmDiagram:
+def add_arm(setup: TrainSetup, builder: DiagramBuilder, decision: System | None = None) -> ArmDiagram:
     """Adds the computer of the arm: packet guard, servo, grasp machine, transform equation and inverse kinematics.
 
     Args:
         setup: the resolved scenario.
         builder: of the diagram.
+        decision: replaces the grasp machine; None: it is made.
     """
     scenario, reach = setup.scenario, setup.reach
-    grasp = GraspSystem(GraspMachine(setup.grasp, reach.model, SERVO_PERIOD, setup.home[2]), scenario.time_step)
-    grasp.set_name("grasp")
+    if decision is None:
+        machine = GraspMachine(setup.grasp, reach.model, SERVO_PERIOD, setup.home[2])
+        decision = GraspSystem(machine, scenario.time_step)
+        decision.set_name("grasp")
     return builder.AddSystem(
         ArmDiagram(
-            grasp,
+            decision,
             train_guard(setup),
             scenario.servo,
             reach.model,

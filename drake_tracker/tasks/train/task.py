@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import System
+from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
@@ -21,7 +21,7 @@ from drake_tracker.core.messages import (
     WristPoint,
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import Controller, HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.train.schema import Phase
@@ -30,7 +30,7 @@ from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
 from drake_tracker.tasks.task import MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
 from drake_tracker.tasks.train.diagnosis.failure import activity
 from drake_tracker.tasks.train.diagnosis.judged_train import about_target
-from drake_tracker.tasks.train.diagram import make_train_diagram, make_train_host, train_guard
+from drake_tracker.tasks.train.diagram import add_controller, build, make_train_host, train_guard
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.pictures.filming import (
     GRASP_PICTURE,
@@ -151,8 +151,13 @@ class TrainTask(Task[TrainScenario]):
         missing = (GRASP_PICTURE, MOTION_PICTURE) if resolve(scenario).several else (GRASP_PICTURE,)
         return tuple(name for name in super().files_of(scenario) if name not in missing)
 
-    def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
-        return make_train_diagram(scenario)
+    def build(self, scenario: TrainScenario, initialisation: Any, decision: System | None = None) -> HandEyeDiagram:
+        return build(resolve(scenario), decision=decision)
+
+    def add_controller(
+        self, scenario: TrainScenario, initialisation: None, builder: DiagramBuilder, host: System | None = None
+    ) -> Controller:
+        return add_controller(resolve(scenario), builder, host=host)
 
     def ended(self, verdict: Any) -> str | None:
         if verdict.taken:

@@ -7,7 +7,7 @@ from methods.autopsy_faults import FAULTS, Smoothed, Straightened
 from drake_tracker.estimation import make_estimator
 from drake_tracker.report.failure_diagnosis.stages import Stage
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.train.diagram import make_train_diagram
+from drake_tracker.tasks.registry import make_diagram
 
 
 def test_there_is_a_fault_for_every_stage():
@@ -19,7 +19,7 @@ def test_a_diagram_with_the_fault_can_be_built(name):
     fault = FAULTS[name]
     scenario = load_scenario("train:learned", seed=1, overrides=fault.overrides(fault.size))
     with fault.part(fault.size):
-        make_train_diagram(scenario)
+        make_diagram(scenario)
 
 
 def drive(estimator):

@@ -11,7 +11,6 @@ from wires import Wires, arrows, controller_subsystems, truths
 from drake_tracker import DrakeTrackerError, load_scenario, make_diagram
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
 from drake_tracker.grasp.ball.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.task import TASK
 from drake_tracker.world.config import BoardConfig
@@ -34,7 +33,7 @@ BEHIND_THE_SENSORS = {"camera_pixels", "camera_noise", "camera_faults"}
 @pytest.fixture(scope="module")
 def hand_eye():
     scenario = make_scenario(seed=3, noise=2.0)
-    return make_ball_diagram(scenario, true_poses(scenario))
+    return make_diagram(scenario, true_poses(scenario))
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +41,7 @@ def faulty():
     """A diagram with every fault that the ball has."""
     faults = load_scenario("ball", overrides=[all_at_once("ball")]).faults
     scenario = make_scenario(seed=3, noise=2.0).with_settings({"faults": faults})
-    return make_ball_diagram(scenario, true_poses(scenario))
+    return make_diagram(scenario, true_poses(scenario))
 
 
 def test_subsystems_and_connections_are_those_of_the_architecture(hand_eye):
@@ -110,13 +109,13 @@ def test_the_hand_waits_beyond_the_edge_and_then_reports_ready(hand_eye):
 @pytest.mark.parametrize("kind", ["BackgroundDifference", "StaticThreshold", "NormalFlow"])
 def test_each_detector_can_be_chosen(kind):
     scenario = load_scenario("ball", overrides=[f"vision.detector=!{kind} {{}}"])
-    diagram = make_ball_diagram(scenario, true_poses(scenario))
+    diagram = make_diagram(scenario, true_poses(scenario))
     assert type(diagram.vision.GetSubsystemByName("motion")._detector).__name__ == f"{kind}Detector"
 
 
 def test_the_seven_joint_arm_replaces_the_puma():
     scenario = load_scenario("ball:seven_joint")
-    diagram = make_ball_diagram(scenario, true_poses(scenario))
+    diagram = make_diagram(scenario, true_poses(scenario))
     assert diagram.arm.model.num_joints == 7
     fields = TASK.signals(7)
     assert diagram.GetOutputPort("q_commanded").size() == len(fields["q_commanded"][1])

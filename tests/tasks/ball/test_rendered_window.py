@@ -8,10 +8,10 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.config import CatchConfig
-from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import CIRCLE_IMAGES, make_touching_diagram, photograph_board
 from drake_tracker.tasks.ball.setup import resolve
 from drake_tracker.tasks.filming import HAND_BORDER
+from drake_tracker.tasks.registry import make_diagram
 from drake_tracker.world.ball import ball_world_diagram
 
 SEED = 3
@@ -38,7 +38,7 @@ def rolling_ball(settings, monkeypatch):
     settings = {"camera.render_processes": "0", "catch.ready_after": 0.0, **settings}
     scenario = make_scenario(seed=SEED, noise=2.0).with_settings(settings)
     poses = true_poses(scenario)
-    hand_eye = make_ball_diagram(scenario, poses)
+    hand_eye = make_diagram(scenario, poses)
     simulator = Simulator(hand_eye)
     points = []
     for cycle in range(10, 70, 2):
