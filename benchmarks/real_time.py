@@ -2,6 +2,7 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/real_time.py [--quick] [--segments N] [--json FILE]
     OPENBLAS_NUM_THREADS=1 python benchmarks/real_time.py --profile
+    OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 python benchmarks/real_time.py --watch [--store]
 
 With one thread, as `drake-tracker run` computes.
 
@@ -22,12 +23,18 @@ line of its own. `live_cost.py` measures runs with an open page.
 
 Processor time is that of all processes, also of the one that draws the video. ``--profile`` prints where the whole loop
 of the train spends its time in the process of the simulation, with two processes that render.
+
+``--watch`` takes less than a minute: it compares the processor time of `train` and the ladder with that of the bare
+loop in the same run, which does not depend on how fast the machine is. It warns when a ratio is more than 20 % above
+the stored one, and exits with 1 above 50 %. ``--store`` stores the ratios.
 """
 
 import argparse
 import cProfile
+import json
 import os
 import pstats
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -40,7 +47,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import ImageRgba8U
 from result_tables.speed_tables import loops_table, stages_table
-from shared.common import print_table, save_json
+from shared.common import RESULTS, print_table, save_json
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.arm_model import make_arm_model
@@ -65,6 +72,10 @@ BALL_WARM_UP, BALL_TURNS = 1, 4
 SEED = 200
 LADDER = ("train:learned", "train:guided", "train:wrist", "train:two", "train:visitor", "train:interlaced")
 """Scenarios whose whole loop takes turns with that of `train`."""
+WATCH = RESULTS / "speed_watch.json"
+WATCH_WARM_UP, WATCH_TURNS = 2, 3
+WARNED_FROM, FAILED_FROM = 1.2, 1.5
+"""Ratios of today's to the stored ratio from which on ``--watch`` warns and fails."""
 
 
 class Loop:
@@ -233,6 +244,25 @@ def results_of(loops):
     }
 
 
+def watch(store):
+    """Compares the processor time of each rung with the bare loop's. Returns whether none has become much slower."""
+    train, scenario = whole_loop(0), load_scenario("train", seed=SEED)
+    loops = {"bare": Loop(bare_loop(scenario, train.simulator.get_system(), with_images=True)), "train": train}
+    loops |= {name: whole_loop(0, name=name) for name in LADDER}
+    take_turns(loops, WATCH_WARM_UP, WATCH_TURNS)
+    spent = {name: min(sum(turn) for turn in loop.processor) for name, loop in loops.items()}
+    ratios = {name: seconds / spent["bare"] for name, seconds in spent.items()}
+    if store:
+        save_json({"ratios": ratios}, WATCH, [SEED])
+        return True
+    stored = json.loads(WATCH.read_text(encoding="utf-8"))["ratios"]
+    for name, ratio in ratios.items():
+        slower = ratio / stored[name]
+        verdict = "FAILED" if slower > FAILED_FROM else "WARNING" if slower > WARNED_FROM else "as stored"
+        print(f"speed: {name} costs {ratio:.2f} x the bare loop, stored {stored[name]:.2f}: {verdict}")
+    return all(ratio <= FAILED_FROM * stored[name] for name, ratio in ratios.items())
+
+
 def profile():
     """Prints where the whole loop spends its time."""
     loop = whole_loop(2)
@@ -252,11 +282,15 @@ def main():
     parser.add_argument("--segments", type=int, default=20, help="counted turns of each loop of the train")
     parser.add_argument("--quick", action="store_true", help="5 turns")
     parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
+    parser.add_argument("--watch", action="store_true", help="compare with the stored ratios instead")
+    parser.add_argument("--store", action="store_true", help="with --watch: store the ratios")
     parser.add_argument("--profile", action="store_true", help="print where the time goes instead")
     options = parser.parse_args()
     if options.profile:
         profile()
         return
+    if options.watch:
+        sys.exit(0 if watch(options.store) else 1)
     render_processes.MOST_RUNNING = 20  # all loops keep theirs from turn to turn
     train = results_of(measure_train(5 if options.quick else options.segments))
     ball, (wall, processor) = measure_ball()

@@ -34,15 +34,17 @@ def test_without_markers_nothing_of_it_exists():
     assert not hand_eye.arm.HasSubsystemNamed("visual_edge") and not hand_eye.vision.HasSubsystemNamed("hand_markers")
 
 
-def test_rendered_cameras_measure_the_hand_and_the_error_of_their_calibration():
+@pytest.mark.parametrize(("name", "every"), [("train:learned", 1), ("train:guided", 2)])
+def test_rendered_cameras_measure_the_hand_and_the_error_of_their_calibration(name, every):
     faults = "faults=[!CalibrationWrong {camera: right, angle_deg: 1.0, distance: -0.01}]"
-    scenario = load_scenario("train:learned", overrides=[*MARKED, faults, "vision.lag_cycles=3"])
+    scenario = load_scenario(name, overrides=[*MARKED, faults, "vision.lag_cycles=3"])
     hand_eye = make_diagram(scenario)
     simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
     context = simulator.get_context()
     simulator.AdvanceTo(0.25)
     hand = HandPoint(hand_eye.GetOutputPort("hand_point").Eval(context))
-    assert hand.valid and hand.stamp == pytest.approx(0.25 - 3 / 60, abs=1.01 / 60)
+    assert hand.valid and hand.stamp == pytest.approx(0.25 - 3 / 60, abs=(every + 0.01) / 60)
+    assert round(60 * hand.stamp) % every == 0
     correction = HandCorrection(hand_eye.GetOutputPort("hand_correction").Eval(context))
     assert correction.used and correction.rejected == 0
     n = hand_eye.arm.model.num_joints

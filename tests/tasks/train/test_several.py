@@ -84,6 +84,13 @@ def test_the_newest_image_of_several_objects_may_be_one_cycle_old(overrides, lat
     assert (None if pipeline is None else pipeline.latency) == latency
 
 
+def test_only_the_images_that_vision_looks_at_are_rendered_beforehand():
+    for name, every in (("train", 1), ("train:learned", 1), ("train:guided", 2), ("train:two", 2), ("train:wrist", 2)):
+        setup = resolve(load_scenario(name, overrides=["cameras.render_processes=1"]))
+        assert setup.update_cycles == every
+        assert [setup.pipeline.wanted(cycle) for cycle in range(6)] == [cycle % every == 0 for cycle in range(6)]
+
+
 def test_a_slow_train_is_refused_by_the_motion_detector_only():
     slow = ["track.speed=0.01", "cameras.render_processes=0"]
     assert resolve(load_scenario("train:learned", overrides=[*slow, SEVERAL])).pipeline is None

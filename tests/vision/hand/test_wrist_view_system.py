@@ -113,10 +113,11 @@ class View:
         return appearance, MEASURED
 
 
-def run(latency=0, lag=5, cycles=12, width=0.08, image=True):
+def run(latency=0, lag=5, cycles=12, width=0.08, image=True, update_cycles=1):
     """Runs the System with images and joints that count the cycles; returns the view and the logged `WristPoint`."""
     view = View()
-    system = WristViewSystem(view, Hand(), held_width=0.042, lag_cycles=lag, image_latency=latency, offset=PERIOD / 8)
+    late = {"lag_cycles": lag, "image_latency": latency, "update_cycles": update_cycles}
+    system = WristViewSystem(view, Hand(), held_width=0.042, offset=PERIOD / 8, **late)
     builder = DiagramBuilder()
     builder.AddSystem(system)
     log = builder.AddSystem(VectorLogSink(message_size(WristPoint), PERIOD))
@@ -148,6 +149,13 @@ def test_image_joints_and_tracks_of_one_stamp_meet(latency):
     view, wrist = run(latency)
     assert [call[:2] for call in view.calls] == [(float(k), float(k)) for k in range(1, 7)]
     assert wrist.stamp == pytest.approx(6 * PERIOD) and wrist.source == FIXED + WRIST and wrist.valid
+
+
+@pytest.mark.parametrize("latency", [0, 3])
+def test_only_every_second_image_is_looked_at(latency):
+    view, wrist = run(latency, update_cycles=2)
+    assert [call[0] for call in view.calls] == [2.0, 4.0, 6.0] and wrist.valid
+    assert run(latency, update_cycles=2, cycles=11)[1].reason == WristReason.NO_IMAGE
 
 
 def test_closed_jaws_and_missing_images_give_the_reason():

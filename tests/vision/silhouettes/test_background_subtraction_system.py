@@ -145,6 +145,25 @@ def test_late_images_have_the_stamps_of_their_capture(latency):
         assert same(late.after(cycle + latency), now.after(cycle))
 
 
+@pytest.mark.parametrize("latency", [0, 1, 12])
+def test_only_every_second_image_is_looked_at(latency):
+    """By the number of its capture, whatever the latency is."""
+    laboratory, model = Laboratory(image_latency=latency, update_cycles=2, delay_cycles=3), BackgroundModel()
+    state = model.start(model.smooth(picture(0)))
+    for cycle in range(30):
+        found = laboratory.after(cycle + latency)
+        assert (found is None) == bool(cycle % 2)
+        if cycle and found is not None:
+            state, _ = model.update(state, model.smooth(picture(cycle)))
+            np.testing.assert_array_equal(found.mask, state.mask)
+            assert found.stamp == pytest.approx(cycle * VISION_PERIOD, abs=1e-12)
+            assert laboratory.after(cycle + latency, "motion_energy").stamp == found.stamp
+    assert state.mask.any() and laboratory.after(29 + latency, "motion_energy").stamp == pytest.approx(
+        28 * VISION_PERIOD
+    )
+    assert laboratory.after(31 + latency, "delayed").stamp == pytest.approx(28 * VISION_PERIOD)
+
+
 def test_stamps_of_the_images_and_a_dropped_image():
     laboratory = Laboratory(own_stamps=True, delay_cycles=3)
     for cycle in range(30):
