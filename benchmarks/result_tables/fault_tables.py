@@ -1,5 +1,7 @@
 """The faults that `faults.py` injects, the causes that are right for each, and the tables of its results."""
 
+import random
+import re
 from dataclasses import dataclass
 
 from shared.common import interval
@@ -7,6 +9,12 @@ from shared.common import interval
 BOTH = ("measured", "rendered")
 DURATION = 40.0
 """Longest duration of a run [s]."""
+RUNGS = ("train:learned", "train", "train:guided")
+"""Scenarios into which faults are injected; a row without a scenario is of the first."""
+EARLY, EARLIER = "train:guided", 4.0
+"""Scenario that grasps before 6 s, and by how much its faults begin earlier, but not before 1.5 s [s]."""
+PAIRS, PAIR_SEED = 30, 929
+"""Pairs of faults, and the seed that draws them."""
 SAFE_PHASES = ("ACQUIRE", "TRACK", "RETREAT", "HOVER")
 """Phases in which the hand is above the train, or on its way up."""
 MOST_SATURATION, MOST_SPEED = 0.030, 1.0
@@ -110,6 +118,34 @@ FAULTS = {
 }
 
 
+def pairs():
+    """Returns the names of pairs of faults that act on different parts of the system: "one + other"."""
+    drawn, found = random.Random(PAIR_SEED), []
+    while len(found) < PAIRS:
+        one, other = drawn.sample(list(FAULTS), 2)
+        if not set(FAULTS[one].causes) & set(FAULTS[other].causes) and f"{other} + {one}" not in found:
+            found.append(f"{one} + {other}")
+    return list(dict.fromkeys(found))
+
+
+def tags(name, scenario):
+    """Returns the YAML of a fault or a pair of faults in a scenario."""
+    joined = ", ".join(FAULTS[each].tag for each in name.split(" + "))
+    if scenario != EARLY:
+        return joined
+    return re.sub(r"at: (\d+)", lambda found: f"at: {max(int(found[1]) - EARLIER, 1.5):g}", joined)
+
+
+def right_causes(name):
+    """Returns the causes that are right for each fault of a name."""
+    return [FAULTS[each].causes for each in name.split(" + ")]
+
+
+def scenario_of(row):
+    """Returns the scenario of a row."""
+    return row.get("scenario", RUNGS[0])
+
+
 def limits_kept(row):
     """Returns whether no limit of the arm was violated in a run."""
     return (
@@ -133,7 +169,13 @@ def is_safe(row):
 
 def cause_is_right(row):
     """Returns whether the summary of a failed run names a cause that is right for its fault."""
-    return row.get("cause") in FAULTS[row["fault"]].causes
+    return any(row.get("cause") in causes for causes in right_causes(row["fault"]))
+
+
+def both_named(row):
+    """Returns whether the summary of a failed run names a right cause for each of its faults."""
+    named = {row.get("cause"), *(row.get("further_causes") or ())}
+    return all(named & set(causes) for causes in right_causes(row["fault"]))
 
 
 def is_good(row):
@@ -156,15 +198,18 @@ def bad_runs(rows):
 
 
 def faults_table(rows):
-    """Returns (header, rows) of a table with one row for each fault and vision, and one for all."""
+    """Returns (header, rows) of a table with one row for each scenario, vision and fault or pair, and one for all."""
     lines = []
-    groups = dict.fromkeys((row["vision"], name) for name in FAULTS for row in rows if row["fault"] == name)
-    for vision, name in sorted(groups, key=lambda group: group[0]):
-        runs = [row for row in rows if (row["vision"], row["fault"]) == (vision, name)]
-        lines.append([FAULTS[name].what, vision, *_counts(runs)])
-    lines.append(["all faults", "", *_counts(rows)])
+    order = {name: place for place, name in enumerate([*FAULTS, *pairs()])}
+    groups = {(scenario_of(row), row["vision"], row["fault"]) for row in rows}
+    for rung, vision, name in sorted(groups, key=lambda group: (RUNGS.index(group[0]), group[1], order[group[2]])):
+        runs = [row for row in rows if (scenario_of(row), row["vision"], row["fault"]) == (rung, vision, name)]
+        what = " + ".join(FAULTS[each].what for each in name.split(" + "))
+        lines.append([what, f"`{rung}`", vision, *_counts(runs)])
+    lines.append(["all faults", "", "", *_counts(rows)])
     header = [
         "fault",
+        "scenario",
         "vision",
         "runs",
         "lifted",

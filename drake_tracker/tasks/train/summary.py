@@ -41,6 +41,7 @@ def summarise(setup: TrainSetup, log: Log, simulated: float, interrupted: bool =
     train is the first one or, if vision tracked several objects, the object that was the target at the last descent:
 
     - ``cause``: one of `drake_tracker.tasks.train.diagnosis.trouble.Cause`; None when the train was lifted.
+    - ``further_causes``: other causes that were found.
     - ``prediction_rms_m``, ``prediction_p95_m``: error of the servo's target at the time for which it predicts, while
       tracking. This time is ahead of the newest measurement by the lag and up to two servo periods.
     - ``position_rms_m``: error of the present position according to the newest packet, while tracking.
@@ -99,6 +100,7 @@ def summarise(setup: TrainSetup, log: Log, simulated: float, interrupted: bool =
         "success": success,
         "failure_reason": None if failure is None else failure.reason,
         "cause": None if failure is None else str(failure.cause),
+        "further_causes": [] if failure is None else [str(cause) for cause in failure.further],
         "attempts": attempts,
         "aborted_attempts": len(aborted_launches(spans, log, setup.grasp.object_width)),
         "first_attempt_success": success and attempts == 1,

@@ -34,7 +34,7 @@ KEYS = {
         "interrupted",
         "package_versions",
     ),
-    *("git_commit", "cause"),
+    *("git_commit", "cause", "further_causes"),
 }
 
 

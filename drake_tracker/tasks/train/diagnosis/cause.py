@@ -1,4 +1,4 @@
-"""Finds the cause of a failure in the log of a run: the trouble that came first and mattered."""
+"""Finds the causes of a failure in the log of a run: the trouble that came first and mattered."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,14 @@ _MOTION = (*(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAI
 
 
 def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
-    """Returns the trouble to which a failure is due, None when nothing in the log was out of the ordinary.
+    """Returns the trouble to which a failure is most likely due, see `main_troubles`; None without any."""
+    return next(iter(main_troubles(setup, log, spans)), None)
+
+
+def main_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> list[Trouble]:
+    """Returns the trouble to which a failure may be due, one for each cause, the most likely one first.
+
+    There is none when nothing in the log was out of the ordinary.
 
     Ground truth is used, as in every judgement after a run; the settings of injected faults are not. Events after the
     hand touched the train are consequences. They count only if nothing was wrong before. The hand reaches the train
@@ -41,7 +48,7 @@ def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Tro
         spans: phases of the run.
     """
     if not spans or len(log["truth_train_state"].times) < 2:
-        return None
+        return []
     end = spans[-1].end
     touch = first_touch(log)
     until = end if touch is None else touch
@@ -64,7 +71,10 @@ def main_trouble(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Tro
         lasted = _lasted(trouble.cause, mattered) // LONGER
         return 1 + (trouble.cause is Cause.TRACK_END), -lasted, order.index(trouble.cause), trouble.start
 
-    return min(mattered, key=rank, default=None)
+    first_of: dict[Cause, Trouble] = {}
+    for trouble in sorted(mattered, key=rank):
+        first_of.setdefault(trouble.cause, trouble)
+    return list(first_of.values())
 
 
 def first_touch(log: Log) -> float | None:

@@ -11,7 +11,7 @@ from drake_tracker.grasp.train.schema import BY_HAND, PROGRAMS, Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.tracks import reason_shares, tell_reasons
 from drake_tracker.tasks.train.closing import clearance, offset_at_touch
-from drake_tracker.tasks.train.diagnosis.cause import main_trouble
+from drake_tracker.tasks.train.diagnosis.cause import main_troubles
 from drake_tracker.tasks.train.diagnosis.trouble import Cause
 from drake_tracker.tasks.train.episode import sighted
 from drake_tracker.tasks.train.setup import TrainSetup
@@ -68,11 +68,13 @@ class Failure(NamedTuple):
 
     Attributes:
         reason: one sentence.
-        cause: the cause, for tables.
+        cause: the most likely cause, for tables.
+        further: other causes that were found.
     """
 
     reason: str
     cause: Cause
+    further: tuple[Cause, ...] = ()
 
 
 def explain_failure(
@@ -82,12 +84,12 @@ def explain_failure(
     reason = failure_reason(setup, log, spans, valid_fraction, False)
     if reason is None:
         return None
-    trouble = main_trouble(setup, log, spans)
-    if trouble is not None:
-        reason, cause = f"{trouble.sentence}; {reason}", trouble.cause
-    else:
-        cause = Cause.MISSED if _attempts(log) else Cause.NOT_LEARNED
-    return Failure(f"interrupted; until then {reason}" if interrupted else reason, cause)
+    cause, others = Cause.MISSED if _attempts(log) else Cause.NOT_LEARNED, list[Cause]()
+    troubles = main_troubles(setup, log, spans)
+    if troubles:
+        cause, *others = (trouble.cause for trouble in troubles)
+        reason = "; also ".join([f"{troubles[0].sentence}; {reason}", *(each.sentence for each in troubles[1:])])
+    return Failure(f"interrupted; until then {reason}" if interrupted else reason, cause, tuple(others))
 
 
 def failure_reason(

@@ -107,6 +107,16 @@ def test_the_trouble_that_lasted_longest_is_the_cause(episode):
     assert found(episode, log).cause is Cause.SECOND_OBJECT
 
 
+def test_all_causes_that_were_found_are_named(episode):
+    stopped = held(2.0, 4.5)
+    log = changed(episode.log(), "prediction", stamp=stopped, seq=stopped, first_time=stopped)
+    log = changed(log, "delivered", stamp=stopped, seq=stopped, first_time=stopped)
+    log = changed(log, "truth_train_state", vy=during(3.0, 5.0, 0.0))
+    failure = explain_failure(resolve(episode.scenario), log, phase_spans(log), 1.0, False)
+    assert failure.cause is Cause.TRAIN_STOPPED and failure.further == (Cause.HOST,)
+    assert failure.reason.startswith("the train stood still from 3.0") and "; also the host" in failure.reason
+
+
 def test_a_train_that_the_hand_pushed_off_its_track_was_missed(episode, grasp_phases):
     episode.phases = grasp_phases[:4]
     episode.verdict = {"left_contact": lambda t: (t >= 3.4) * 1.0, "derailed": lambda t: (t >= 3.6) * 1.0}
