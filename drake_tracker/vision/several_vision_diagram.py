@@ -124,7 +124,7 @@ class SeveralVisionDiagram(Diagram):
             system = builder.AddNamedSystem(
                 f"foreground_{side}",
                 BackgroundSubtractionSystem(
-                    BackgroundModel(settings.silhouettes, window=window),
+                    BackgroundModel(settings.silhouettes, window=window, update_cycles=settings.update_cycles),
                     image_offset=image_windows[side][:2],
                     delay_cycles=delay,
                     period=period,

@@ -29,6 +29,8 @@ NARROW_JOIN = 9
 """See there [px]."""
 SHOWS = 0.5
 """Consecutive images show an object if they show this share of the area that the object has swept recently."""
+EARLIER_IMAGE = 2
+"""Images from the one with which an image is compared to find moving objects to the image itself."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
@@ -94,13 +96,18 @@ class BackgroundModel:
     Args:
         settings: `Silhouettes`.
         window: uint8 (h, w) of the image's shape, 0 where objects are ignored; None uses the whole image.
+        update_cycles: cycles from one image to the next. Numbers of images above are numbers of cycles.
 
     Raises DrakeTrackerError when a setting is outside its range or the window is empty.
     """
 
-    def __init__(self, settings: Silhouettes = Silhouettes(), *, window: np.ndarray | None = None) -> None:
+    def __init__(
+        self, settings: Silhouettes = Silhouettes(), *, window: np.ndarray | None = None, update_cycles: int = 1
+    ) -> None:
         check_settings(settings, "silhouettes")
-        self.settings = settings
+        self.settings, self._cycles = settings, update_cycles
+        self._learning_period = max(LEARNING_PERIOD // update_cycles, 1)
+        self._earlier = max(EARLIER_IMAGE // update_cycles, 1)
         self._window = None
         if window is not None:
             self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
@@ -159,7 +166,7 @@ class BackgroundModel:
             difference = largest_channel(cv2.absdiff(image, picture))
         if tolerance is not None:
             difference = cv2.subtract(difference, tolerance)
-        learning = state.count <= QUIET_IMAGES or state.count % LEARNING_PERIOD == 0
+        learning = self._is_starting(state) or state.count % self._learning_period == 0
         if state.count == 1:
             first = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
             state = replace(state, noise=first)
@@ -174,9 +181,12 @@ class BackgroundModel:
             cv2.copyTo(here, unknown, mask)
         mask = opened(self._within(mask, hidden))
         mask = self._without_shadows(mask, state.known, image, picture)
-        newest = ((image, gain), *state.newest)[:2]
+        newest = ((image, gain), *state.newest)[: self._earlier]
         state = replace(state, mask=read_only(mask), newest=newest, count=state.count + 1)
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
+
+    def _is_starting(self, state: Background) -> bool:
+        return state.count * self._cycles <= QUIET_IMAGES
 
     def _gain(self, state: Background, image: np.ndarray) -> float | None:
         """Returns the brightness of the still scene as a share of the background's, None when the light has changed."""
@@ -190,10 +200,10 @@ class BackgroundModel:
         """Returns the state with the pixels that changed since the reference image, and the area that they enclose."""
         moving = opened(self._within(_changed(image, state.reference, light / state.light, threshold)))
         swept = self._filled(moving, state.count)
-        starting = state.count <= QUIET_IMAGES
-        quiet = cv2.add(state.quiet, 1 if starting else LEARNING_PERIOD)
+        starting = self._is_starting(state)
+        quiet = cv2.add(state.quiet, self._cycles * (1 if starting else self._learning_period))
         quiet = cv2.subtract(quiet, cv2.dilate(swept, _START if starting else _SMALL))
-        newest = state.count % LEARNING_PERIOD == 0
+        newest = state.count % self._learning_period == 0
         return replace(
             state,
             reference=image if newest else state.reference,
@@ -209,7 +219,7 @@ class BackgroundModel:
         The difference of two images shows an object where it is and where it was. The shorter the time between them,
         the smaller the error, but a slow object does not show in images that follow each other closely.
         """
-        if len(state.newest) < 2 or not cv2.countNonZero(state.swept):
+        if len(state.newest) < self._earlier or not cv2.countNonZero(state.swept):
             return state.swept
         earlier, its_light = state.newest[-1]
         close = self._filled(opened(self._within(_changed(image, earlier, light / its_light, threshold))), state.count)
@@ -225,7 +235,7 @@ class BackgroundModel:
             moving: uint8 (h, w), 255 where edges move.
             count: number of images before this one.
         """
-        filled = _closed(moving, self._joins[count > NARROW_AFTER])
+        filled = _closed(moving, self._joins[count * self._cycles > NARROW_AFTER])
         for outline in cv2.findContours(filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
             cv2.fillConvexPoly(filled, cv2.convexHull(outline), 255)
         return filled

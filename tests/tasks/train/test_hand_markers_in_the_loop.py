@@ -37,7 +37,8 @@ def test_without_markers_nothing_of_it_exists():
 @pytest.mark.parametrize(("name", "every"), [("train:learned", 1), ("train:guided", 2)])
 def test_rendered_cameras_measure_the_hand_and_the_error_of_their_calibration(name, every):
     faults = "faults=[!CalibrationWrong {camera: right, angle_deg: 1.0, distance: -0.01}]"
-    scenario = load_scenario(name, overrides=[*MARKED, faults, "vision.lag_cycles=3"])
+    cycles = [f"vision.method.update_cycles={every}"] if every > 1 else []
+    scenario = load_scenario(name, overrides=[*MARKED, *cycles, faults, "vision.lag_cycles=3"])
     hand_eye = make_diagram(scenario)
     simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
     context = simulator.get_context()

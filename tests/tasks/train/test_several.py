@@ -85,8 +85,9 @@ def test_the_newest_image_of_several_objects_may_be_one_cycle_old(overrides, lat
 
 
 def test_only_the_images_that_vision_looks_at_are_rendered_beforehand():
-    for name, every in (("train", 1), ("train:learned", 1), ("train:guided", 2), ("train:two", 2), ("train:wrist", 2)):
-        setup = resolve(load_scenario(name, overrides=["cameras.render_processes=1"]))
+    for name, every in (("train", 1), ("train:guided", 1), ("train:guided", 2), ("train:wrist", 3)):
+        cycles = [f"vision.method.update_cycles={every}"] if name != "train" else []
+        setup = resolve(load_scenario(name, overrides=["cameras.render_processes=1", *cycles]))
         assert setup.update_cycles == every
         assert [setup.pipeline.wanted(cycle) for cycle in range(6)] == [cycle % every == 0 for cycle in range(6)]
 
