@@ -165,7 +165,7 @@ class Worker:
 
 
 def run_cases(minutes, seed, scratch, first):
-    """Runs cases for some minutes. Returns the result."""
+    """Runs cases for some minutes, or until Ctrl-C. Returns the result."""
     worker, start, said = Worker(seed, scratch), time.monotonic(), 0.0
     counts, accepted, longest, defects = Counter(), Counter(), dict.fromkeys(KINDS, 0.0), []
     number, repeated = first, 0
@@ -190,6 +190,8 @@ def run_cases(minutes, seed, scratch, first):
                 said = elapsed
                 print(f"{elapsed:.0f} s: {counts.total()} cases, {len(defects)} defects", file=sys.stderr, flush=True)
             number += 1
+    except KeyboardInterrupt:
+        minutes = round((time.monotonic() - start) / 60.0, 1)
     finally:
         worker.close()
     return {
