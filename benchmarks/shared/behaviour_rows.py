@@ -28,6 +28,7 @@ def _of_parts(**parts):
 
 
 _GUIDED, _LEARNED, _BALL = ("train:guided",), ("train:learned",), ("ball",)
+_LADDER = ("train", *_LEARNED, *_GUIDED, "train:wrist", "train:two", "train:visitor", "train:interlaced")
 _CONVEYOR = ("conveyor", "conveyor:measured", "conveyor:ur5e_measured")
 RESTS_ON = {
     "autopsy": _LEARNED,
@@ -57,18 +58,11 @@ RESTS_ON = {
     "grasp_map": _of_estimator,
     "hard_paths": lambda row: (row["scenario"],),
     "latency": (),
+    "latency_curve": lambda row: (row["scenario"],),
     "live_cost": _LEARNED,
     "measured_vision": _of_estimator,
-    "real_time": (
-        "train",
-        *_LEARNED,
-        *_GUIDED,
-        "train:wrist",
-        "train:two",
-        "train:visitor",
-        "train:interlaced",
-        *_BALL,
-    ),
+    "real_time": (*_LADDER, *_BALL),
+    "speed_watch": _LADDER,
     "second_attempts": _LEARNED,
     "several": _of_parts(
         separation=_LEARNED,

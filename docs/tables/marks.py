@@ -72,5 +72,6 @@ def stale(make: Callable[[], str]) -> tuple[str, set[str]]:
 
 @cache
 def _results(name: str) -> list[Row]:
-    """Returns the results of a file NAME.jsonl or NAME.json."""
-    return results_of(next(path for path in result_files() if path.stem == name))
+    """Returns the results of a file NAME.jsonl or NAME.json; none without a file."""
+    paths = [path for path in result_files() if path.stem == name]
+    return results_of(paths[0]) if paths else []

@@ -52,7 +52,7 @@ def draw_rates(
         if len(keys) == len(numeric) == 2 and all(len(values[key]) >= MAP_SIZE for key in keys):
             _map(figure, axes, rates, keys, units or {})
         else:
-            _lines(axes, rates, keys, (numeric or keys)[0], bool(numeric), units or {})
+            draw_lines(axes, rates, keys, (numeric or keys)[0], bool(numeric), units or {})
         axes.set_title(title)
     return figure
 
@@ -90,9 +90,19 @@ def _map(figure: Figure, axes: Axes, rates: Sequence[Rate], keys: Sequence[str],
     figure.colorbar(image, ax=axes, label="success rate  [%]", pad=0.02)
 
 
-def _lines(
+def draw_lines(
     axes: Axes, rates: Sequence[Rate], keys: Sequence[str], key: str, numeric: bool, units: Mapping[str, str]
 ) -> None:
+    """Draws rates with their Wilson intervals over one setting, a line for each combination of the others.
+
+    Args:
+        axes: Matplotlib axes to draw into.
+        rates: of the cells.
+        keys: the varied settings.
+        key: the setting along the horizontal axis.
+        numeric: whether its values are numbers.
+        units: {key: unit}.
+    """
     groups: dict[str, list[Rate]] = {}
     for rate in rates:
         rest = ", ".join(f"{other.rpartition('.')[2]} {rate.settings[other]}" for other in keys if other != key)
