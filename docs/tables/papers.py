@@ -49,7 +49,7 @@ def _claims(letter: str, claims: Sequence[Claim]) -> str:
     if not others:
         return text
     what = listed([f"`{name}`" for name in sorted(others)])
-    return f"{text}\n\n*{MARK.strip()} Not measured at today's behaviour of {what}.*"
+    return f"{text}\n\n*{MARK.strip()} Not at today's behaviour of {what}.*"
 
 
 def _rate(scenario: str, cells: Sequence[str] = ()) -> str:

@@ -113,11 +113,6 @@ def train_new_seeds() -> str:
     return block(f"On four more seeds of each cell, {_lifted(rows)}", origin(rows))
 
 
-def train_earlier_seeds() -> str:
-    rows = [row for row in _runs("closed_path", 300, 319) if row["cell"] not in _BY_CAST_SHADOWS]
-    return block(f"On the first published seeds, {_lifted(rows)}", _failures(rows), origin(rows))
-
-
 def train_limits() -> str:
     body, used = [], []
     for scenario in RUNGS:
@@ -172,13 +167,6 @@ def train_estimators_failures() -> str:
     )
 
 
-def train_filter_of_1991() -> str:
-    rows = _of_1991()
-    even = [row for row in rows if row["cell"] not in _BY_CAST_SHADOWS]
-    parts = [table(*cells_table(rows)), origin(rows), "The runs that failed:", _failures(rows)]
-    return block(f"In even light, {_lifted(even)}", *parts)
-
-
 def train_shadows() -> str:
     counts = []
     for rows in (_gated(), where(_of_1991(), cell=_GATED), where(_of_1991(), cell="cast-shadows")):
@@ -193,11 +181,3 @@ def _lifted(rows: list[Row]) -> str:
     total, first = lifted(rows)
     attempts = "all" if first == total else f"{first} of them"
     return f"the arm lifted {of(total, len(rows), ' trains')}, {attempts} at the first attempt."
-
-
-def _failures(rows: list[Row]) -> str:
-    failed = [row for row in rows if not row["success"]]
-    return table(
-        ["cell", "seed", "commit", "reason"],
-        [[row["cell"], row["seed"], f"`{commit_of(row)}`", row["failure_reason"]] for row in failed],
-    )
