@@ -15,7 +15,8 @@ run the scenario `train`:
   one or two processes beside it;
 - full images: whole with two processes, and no window around the work volume;
 - recorded: whole with one or two processes, and with log, video and 3-D recording as by ``drake-tracker run``;
-- train:learned and the others of `LADDER`: whole with one process, in another scenario.
+- train:learned and the others of `LADDER`: whole with one process, in another scenario; `train:guided` also recorded;
+- conveyor: whole with one process; it picks its parts.
 
 The first turns do not count: caches are cold and the hand has not found the train. Then runs of the ball, in process
 and with one or two processes, take turns in the same way, from the release of the ball on; their initialisation has a
@@ -162,11 +163,10 @@ def bare_loop(scenario, whole, with_images):
 
 
 def whole_loop(processes, recorded=False, folder=None, name="train", **settings):
-    """Returns the whole loop of a scenario of the train, whose hand never grasps, as a `Loop`."""
+    """Returns the whole loop of a scenario as a `Loop`. The hand of the train never grasps."""
     scenario = load_scenario(name, seed=SEED)
-    scenario = scenario.with_settings(
-        {"grasp.settle_time": 1e6, "cameras.render_processes": str(processes), **settings}
-    )
+    waits = {"grasp.settle_time": 1e6} if scenario.task == "train" else {}
+    scenario = scenario.with_settings({**waits, "cameras.render_processes": str(processes), **settings})
     hand_eye = make_diagram(scenario)
     if not recorded:
         return Loop(hand_eye, hand_eye.world)
@@ -213,6 +213,8 @@ def measure_train(turns):
             "recorded, one process": whole_loop(1, recorded=True, folder=f"{folder}/one"),
             "recorded, two processes": whole_loop(2, recorded=True, folder=f"{folder}/two"),
             **{name: whole_loop(1, name=name) for name in LADDER},
+            "train:guided, recorded": whole_loop(1, recorded=True, folder=f"{folder}/guided", name="train:guided"),
+            "conveyor": whole_loop(1, name="conveyor"),
         }
         return take_turns(loops, WARM_UP, turns)
 

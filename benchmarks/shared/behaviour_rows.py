@@ -61,7 +61,7 @@ RESTS_ON = {
     "latency_curve": lambda row: (row["scenario"],),
     "live_cost": _LEARNED,
     "measured_vision": _of_estimator,
-    "real_time": (*_LADDER, *_BALL),
+    "real_time": (*_LADDER, *_BALL, "conveyor"),
     "speed_watch": _LADDER,
     "second_attempts": _LEARNED,
     "several": _of_parts(
