@@ -244,6 +244,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         host = (*_REPORTS, *(("encoder",) if scenario.belt.encoder else ()))
         if start == "points":
             return ("parts", *host)
+        _ = resolve(scenario).rendered  # raises without images
         return (*host, *_ARM)
 
     def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
