@@ -26,7 +26,7 @@ class StraightLine(AlphaBetaGammaEstimator):
         return now + np.outer(np.asarray(times) - state.stamp, [*(soon - now)[:3] / 1e-3, 0.0])
 
 
-class LastPoint(AlphaBetaGammaEstimator):
+class LastSeen(AlphaBetaGammaEstimator):
     """An `Estimator` that predicts that the object stays where it was seen last."""
 
     def predict(self, state: CartesianState, times: ArrayLike) -> np.ndarray:
@@ -55,7 +55,7 @@ def make_policy(name: str, env: gymnasium.Env[Any, Any]) -> ControllerPolicy:
         return ControllerPolicy(env, classic if task == "train" else {})
     if name == "guided" and task == "train":
         return ControllerPolicy(env, {"estimator": ClosedPath(), **GUIDED})
-    estimators = {"straight_line": StraightLine, "last_point": LastPoint, "truth": CoordinatedTurnEstimator}
+    estimators = {"straight_line": StraightLine, "last_point": LastSeen, "truth": CoordinatedTurnEstimator}
     if name not in estimators or task == "conveyor":
         raise DrakeTrackerError(f"there is no policy {name!r} for the {task}; the names are {', '.join(POLICIES)}")
     eager = {**GUIDED, "grasp.launch_probability": 0.0}  # the hand descends as soon as it is above the object

@@ -116,6 +116,15 @@ class LimitedNoise(Estimator[State], Protocol[State]):
         ...
 
 
+@runtime_checkable
+class PathLearner(Estimator[State], Protocol[State]):
+    """An estimator that can learn a path."""
+
+    def knows_path(self, state: State) -> bool:
+        """Returns whether the path has been learned, so that bends ahead are known."""
+        ...
+
+
 METHODS = tuple(name for name in vars(Estimator) if not name.startswith("_"))
 """Names of the methods of an `Estimator`."""
 _DURATION, _RADIUS, _SPEED, _HEIGHT = 2.0, 0.2, 0.15, 0.47

@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator import Estimator, PathLearner
 
 WINDOW = 14
 """Number of points in which a change is searched for, 0.23 s at 60 Hz."""
@@ -128,8 +128,7 @@ class ReplayEstimator(Generic[Wrapped]):
 
     def knows_path(self, state: ReplayState) -> bool:
         """Returns whether the wrapped estimator has learned the path."""
-        learned = getattr(self._estimator, "knows_path", None)
-        return learned is not None and bool(learned(state.present))
+        return isinstance(self._estimator, PathLearner) and self._estimator.knows_path(state.present)
 
     def predict(self, state: ReplayState, times: np.ndarray) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].

@@ -12,13 +12,13 @@ length of the path (Kratky and Porod 1949, for the shape of chain molecules). It
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.coordinated_turn import AHEAD, EXPONENT, JUDGE_EVERY, MAX_ERROR, MEMORY
-from drake_tracker.estimation.estimator import Estimator, EstimatorState
+from drake_tracker.estimation.estimator import Estimator, PathLearner
 
 LENGTH = 0.010
 """Length of the line [m]: long against the noise, short against the straights between corners."""
@@ -28,17 +28,6 @@ GOOD = 0.015
 """Root mean square error [m] up to which the filter is left alone; chosen."""
 START_ERRORS = (0.003, 0.020)
 """Root mean square errors of filter and line that are assumed at first [m]."""
-
-State = TypeVar("State", bound=EstimatorState)
-
-
-@runtime_checkable
-class PathLearner(Estimator[State], Protocol[State]):
-    """An estimator that can learn a path."""
-
-    def knows_path(self, state: State) -> bool:
-        """Returns whether the path has been learned, so that bends ahead are known."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +132,7 @@ class SharpCornersEstimator:
     def predict_std(self, state: SharpCornersState, times: np.ndarray) -> np.ndarray:
         """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it."""
         std, share = self._estimator.predict_std(state.wrapped, times), line_share(state)
-        if share == 0.0:
+        if share == 0.0 or newest_line(state.recent) is None:
             return std
         growing = state.squares[1] * ((np.asarray(times) - state.stamp) / AHEAD) ** 2
         return np.sqrt((1.0 - share) * std**2 + share * (growing + std[:1] ** 2))

@@ -68,7 +68,10 @@ class GraspConfig:
         choices=("probability", "auto", "memory", "recent"),
     )
     launch_probability: float = setting(
-        0.9, "with gate probability: probability of success from which on the hand descends", "", (0.0, 1.0)
+        0.9,
+        "with gate probability: probability of success from which on the hand descends; from 0.4 if it will not rise",
+        "",
+        (0.0, 1.0),
     )
     abort_probability: ClassVar[float] = 0.1
     """In a guided descent: probability of success below which the hand goes up again; chosen."""

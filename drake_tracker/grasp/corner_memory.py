@@ -24,7 +24,8 @@ SPEED_OVER = 0.5
 """Time over which the speed of the object is measured [s]; chosen."""
 KNOWN_BY, RECURS = 1.2, 0.3
 """Distance travelled [m] from which on surprises are no longer a first lap's, and distance [m] within which an object
-that goes on to surprise does so again; chosen on seeds 74100 to 74110."""
+that goes on to surprise does so again; chosen on walks with the seeds 74100 to 74110 and
+closed tracks with 71001 and 73001."""
 REPEATED, SAME_PATH, REPEATED_AT = 0.10, 0.015, 11
 """Length of a piece of path [m] that no object but one on a closed track passes twice, within this distance [m] at this
 number of places; chosen."""
