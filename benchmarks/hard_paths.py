@@ -7,7 +7,7 @@
 ``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
 `train:guided` within 60 s. ``line``: `train:line_guided`, whose train passes once. ``walks``: `train:guided` on random
 walks that cross themselves, 2 m of straights of 50 mm and corners of 30 to 150 degrees with a radius of 10 mm in a
-square of 140 mm, with a cube that does not turn and with the train. The object must be lifted before the walk ends.
+square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends.
 Measured vision, whose error is the error of the camera loop. The published seeds are 73100 and above for bends, and
 73000 and above otherwise; nothing was chosen on them. The closed tracks were used in development, too, with the seeds
 71001 to 71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100
@@ -40,6 +40,8 @@ LAGS = (6, 15)
 """Lags of vision on walks [cycles of 1/60 s]."""
 WALKERS = {"cube": (0.1, 0.125, 0.15, 0.175, 0.2), "train": (0.1,)}
 """{what walks: its speeds [m/s]}."""
+LIFT = 2.2
+"""Time [s] after the end of a walk in which an object that was gripped before can be lifted and held."""
 SPACING = 0.002
 """Distance of the points of a file [m]."""
 MEASURED = {
@@ -158,10 +160,12 @@ def run_one(job):
     try:
         with tempfile.TemporaryDirectory() as folder:
             overrides = [f"track.speed={speed}", *([] if rendered else [f"vision={MEASURED[name]}"])]
+            latest = np.inf
             if kind == "walks":
                 path, length = write_walk(seed, folder)
+                latest = length / speed
                 body, lag = family.split(", lag of ")
-                overrides += ["track.kind=csv", f"track.csv={path}", "track.closed=false", f"duration={length / speed}"]
+                overrides += ["track.kind=csv", f"track.csv={path}", "track.closed=false", f"duration={latest + LIFT}"]
                 overrides += [f"vision.lag_cycles={lag}", "train.body=cube", "track.turns=false"]
                 overrides = overrides if body == "cube" else overrides[:-2]
             if kind == "bends":
@@ -170,6 +174,8 @@ def run_one(job):
             summary = simulate(scenario, None, RunOptions(record=False, stop_when_over=True))
     except (MachineError, MemoryError, OSError) as error:
         return Lost(f"{type(error).__name__}: {error}")
+    if summary["success"] and summary["time_to_grasp_s"] > latest:
+        summary |= {"success": False, "first_attempt_success": False, "failure_reason": "gripped after the walk"}
     keys = ("kind", "scenario", "family", "speed", "seed", "rendered")
     return {**dict(zip(keys, job, strict=True)), **{key: summary.get(key) for key in KEPT}}
 

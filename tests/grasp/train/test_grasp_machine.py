@@ -24,7 +24,14 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import FORCE_SHARE, GRIP_CONFIRMED, OBLIQUE_CONFIRMED
 from drake_tracker.grasp.prediction_memory import PredictionMemory
-from drake_tracker.grasp.train.grasp_machine import LONGEST_WAIT, PATIENCE, SEEN_FOR, GraspMachine, GraspObservation
+from drake_tracker.grasp.train.grasp_machine import (
+    GUIDED_RETREAT,
+    LONGEST_WAIT,
+    PATIENCE,
+    SEEN_FOR,
+    GraspMachine,
+    GraspObservation,
+)
 from drake_tracker.grasp.train.schema import BY_HAND, PROGRAMS, Phase
 
 PARAMETERS = GraspConfig(descent="blind", gate="auto")
@@ -217,6 +224,19 @@ def test_after_a_miss_the_object_must_be_seen_anew(bench):
     bench.put(Phase.RETREAT)
     bench.until(Phase.ACQUIRE)
     assert bench.until(Phase.TRACK) >= SEEN_FOR - 1e-6
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_a_guided_hand_leaves_a_missed_object_quickly_but_not_the_operators_goal(arm_model, descent):
+    durations = {}
+    for phase in (Phase.CLOSE, Phase.STOPPED):
+        bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+        bench.put(phase)
+        assert bench.tick(width=0.0) == Phase.RETREAT
+        assert bench.until(Phase.ACQUIRE) == pytest.approx(bench.commands[0].duration, abs=1.01 * SERVO_PERIOD)
+        durations[phase] = bench.commands[0].duration
+    normal = PARAMETERS.retreat_duration
+    assert durations == {Phase.CLOSE: GUIDED_RETREAT if descent == "guided" else normal, Phase.STOPPED: normal}
 
 
 def test_what_lies_beyond_the_end_of_the_predicted_path_is_out_of_reach(arm_model):
