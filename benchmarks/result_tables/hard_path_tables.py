@@ -30,3 +30,35 @@ def hard_paths_table(rows):
         lines.append([name, vision, f"`{scenario}`", f"{speed:g}", len(runs), *shares])
     header = ["track", "vision", "scenario", "speed [m/s]", "runs", "lifted", "Wilson 95 %"]
     return [*header, "at the first attempt", "Wilson 95 %"], lines
+
+
+SURE = 0.9
+"""Computed probability of success from which on a launch counts as sure."""
+
+
+def launches_table(rows):
+    """Returns (header, rows) of what became of guided launches, by their computed probability of success."""
+    lines = []
+    guided = [row for row in rows if row.get("launch_probabilities") is not None and "learned" not in row["scenario"]]
+    for name in dict.fromkeys(_walker(row) for row in guided):
+        runs = [row for row in guided if _walker(row) == name]
+        ends = [
+            (chance, bool(row["success"]) and k == len(row["launch_probabilities"]) - 1)
+            for row in runs
+            for k, chance in enumerate(row["launch_probabilities"])
+        ]
+        texts = []
+        for group in ([end for end in ends if (end[0] >= SURE) == sure] for sure in (True, False)):
+            texts += [f"{sum(lifted for _, lifted in group)} of {len(group)}" if group else ""]
+            texts += [f"{sum(chance for chance, _ in group) / len(group):.2f}" if group else ""]
+        missed, thrown = sum(not lifted for _, lifted in ends), sum(row["thrown_off"] for row in runs)
+        lines.append([name, *texts, f"{thrown} of {missed}"])
+    header = ["what moves", f"lifted, launches at {SURE} or more", "mean probability", "lifted, other launches"]
+    return [*header, "mean probability", "missed attempts that threw it off"], lines
+
+
+def _walker(row):
+    if row["kind"] == "walks":
+        body, _, lag = row["family"].partition(", lag of ")
+        return NAMES["walks"].format(body, lag, "s" * (lag != "1"))
+    return NAMES[row["kind"]]

@@ -79,3 +79,14 @@ def methods_table(methods):
         for name, row in methods.items()
     ]
     return ["method", "time [us]", "error, rms [px]", "time / default"], lines
+
+
+def renderers_table(found):
+    """Returns (header, rows) of the time of one image with several renderers."""
+    drake = statistics.median(found["renderers"]["Drake, RenderEngineVtk"]["ms"])
+    lines = [
+        [name, row["version"], f"{statistics.median(row['ms']):.1f}", f"{min(row['ms']):.1f} to {max(row['ms']):.1f}"]
+        + [f"{statistics.median(row['ms']) / drake:.2f}"]
+        for name, row in found["renderers"].items()
+    ]
+    return ["renderer", "version", "time of an image [ms]", "fastest and slowest turn", "time / Drake's"], lines
