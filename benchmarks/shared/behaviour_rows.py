@@ -63,6 +63,8 @@ RESTS_ON = {
     "measured_vision": _of_estimator,
     "real_time": (*_LADDER, *_BALL, "conveyor"),
     "speed_watch": _LADDER,
+    "mutations": (),
+    "renderers": (),
     "second_attempts": _LEARNED,
     "several": _of_parts(
         separation=_LEARNED,

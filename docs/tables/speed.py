@@ -36,3 +36,9 @@ def centroid_speed() -> str:
     found = data("centroid_speed")
     text = f"{found['frames']} images of a moving textured patch, OpenCV {found['opencv']}."
     return block(table(*benchmark.methods_table(found["methods"])), text, _origin("centroid_speed"))
+
+
+def renderers() -> str:
+    found = data("renderers")
+    text = f"The specular term changed {found['differing_pixels']} pixels."
+    return block(table(*benchmark.renderers_table(found)), text, _origin("renderers"))
