@@ -2,6 +2,7 @@
 
     python benchmarks/hard_paths.py                          bends and line, 40 runs a cell; resumes
     python benchmarks/hard_paths.py --kind walks --seeds 20  random walks
+    python benchmarks/hard_paths.py --kind known --seeds 20  the same, with an estimator that knows the path
     python benchmarks/hard_paths.py --rendered --seeds 1     with cameras
 
 ``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
@@ -18,6 +19,7 @@ import argparse
 import os
 import tempfile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from crossing_tracks import walk
@@ -37,6 +39,8 @@ from drake_tracker.tasks.train.episode import phase_spans
 
 FIRST_SEED, FIRST_BEND = 73000, 73100
 RESULTS = common.RESULTS / "hard_paths.jsonl"
+STEP, MEMORY = 0.001, 0.5
+"""Of `KnownPath`: distance of the places that are tried [m], and for how long points are remembered [s]."""
 KEPT = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s")
 KEPT = (*KEPT, "launch_probabilities", "thrown_off", "package_versions", "git_commit")
 LAGS = (6, 15)
@@ -54,6 +58,13 @@ MEASURED = {
     "work_volume: [[0.44, -0.50, 0.45], [0.68, 0.50, 0.51]]}",
 }
 """{scenario: its vision without images}."""
+
+
+class Seen(NamedTuple):
+    """State of `KnownPath`: time and position of the points remembered, shape (n, 4) [s, m]."""
+
+    stamp: float
+    rows: np.ndarray = np.empty((0, 4))
 
 
 def ellipse(a, b):
@@ -147,9 +158,9 @@ def all_jobs(kinds, seeds, rendered):
                 for speed in (0.1, 0.2, 0.3)
                 for k in range(len(FAMILIES))
             ]
-        if "walks" in kinds:
+        for kind in [kind for kind in ("walks", "known") if kind in kinds]:
             jobs += [
-                ("walks", "train:guided", f"{body}, lag of {lag}", speed, FIRST_SEED + number, rendered)
+                (kind, "train:guided", f"{body}, lag of {lag}", speed, FIRST_SEED + number, rendered)
                 for body, speeds in WALKERS.items()
                 for lag in LAGS
                 for speed in speeds
@@ -164,16 +175,19 @@ def run_one(job):
         with tempfile.TemporaryDirectory() as folder:
             overrides = [f"track.speed={speed}", *([] if rendered else [f"vision={MEASURED[name]}"])]
             latest = np.inf
-            if kind == "walks":
+            if kind in ("walks", "known"):
                 path, length = write_walk(seed, folder)
                 latest = length / speed
                 body, lag = family.split(", lag of ")
                 overrides += ["track.kind=csv", f"track.csv={path}", "track.closed=false", f"duration={latest + LIFT}"]
                 overrides += [f"vision.lag_cycles={lag}", "train.body=cube", "track.turns=false"]
                 overrides = overrides if body == "cube" else overrides[:-2]
+            if kind == "known":
+                parameters = f"{{csv: {path}, speed: {speed}}}"
+                overrides.append(f"estimator=!Custom {{call: hard_paths.KnownPath, parameters: {parameters}}}")
             if kind == "bends":
                 overrides += ["duration=60", "track.kind=csv", f"track.csv={write_track(family, folder)}"]
-            scenario = load_scenario(name, seed=seed, overrides=overrides)
+            scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=kind == "known")
             summary = simulate(scenario, f"{folder}/run", RunOptions(record=False, stop_when_over=True))
             summary |= attempts_of(load_log(f"{folder}/run/log.npz"), scenario)
     except (MachineError, MemoryError, OSError) as error:
@@ -182,6 +196,53 @@ def run_one(job):
         summary |= {"success": False, "first_attempt_success": False, "failure_reason": "gripped after the walk"}
     keys = ("kind", "scenario", "family", "speed", "seed", "rendered")
     return {**dict(zip(keys, job, strict=True)), **{key: summary.get(key) for key in KEPT}}
+
+
+class KnownPath:
+    """An `Estimator` that knows path and speed, and takes from the points only where the
+    object was, and in which direction it goes. It shows what the
+    arm could do at a lag if nothing about the path had to be estimated.
+
+    Args:
+        csv: file of the path.
+        speed: of the object along the path [m/s].
+    """
+
+    def __init__(self, csv, speed):
+        points = np.loadtxt(csv, delimiter=",", skiprows=1)
+        places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        self.places = np.arange(0.0, places[-1], STEP)
+        self.points = np.column_stack([np.interp(self.places, places, column) for column in points.T])
+        self.yaws = np.unwrap(np.arctan2(*np.gradient(self.points, axis=0).T[::-1]))
+        self.speed = speed
+
+    def initial_state(self):
+        return Seen(-np.inf)
+
+    def update(self, state, stamp, p_WQ):
+        if p_WQ is None:
+            return state
+        rows = np.vstack([state.rows, [stamp, *p_WQ]])
+        return Seen(stamp, rows[rows[:, 0] > stamp - MEMORY])
+
+    def ready(self, state):
+        return len(state.rows) > 0 and state.stamp - state.rows[0, 0] > 0.5 * MEMORY
+
+    def predict(self, state, times):
+        best = np.inf
+        for speed in (self.speed, -self.speed):
+            ago = np.rint(speed * (state.stamp - state.rows[:, 0]) / STEP).astype(int)
+            then = np.clip(np.arange(len(self.places))[:, None] - ago, 0, len(self.places) - 1)
+            errors = np.sum((self.points[then] - state.rows[:, 1:3]) ** 2, axis=(1, 2))
+            if errors.min() < best:
+                best = errors.min()
+                places = self.places[np.argmin(errors)] + speed * (np.asarray(times) - state.stamp)
+                turned = 0.0 if speed > 0.0 else np.pi
+        x, y, yaw = (np.interp(places, self.places, column) for column in (*self.points.T, self.yaws))
+        return np.column_stack([x, y, np.full(len(x), state.rows[-1, 3]), yaw + turned])
+
+    def predict_std(self, state, times):
+        return np.full(len(times), 0.001)
 
 
 def attempts_of(log, scenario):
@@ -200,15 +261,15 @@ def key_of(row):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", default="bends,line", help="of bends, line, walks, separated by commas")
+    parser.add_argument("--kind", default="bends,line", help="of bends, line, walks, known, separated by commas")
     parser.add_argument("--seeds", type=int, default=5, help="runs per family (default 5)")
     parser.add_argument("--rendered", action="store_true", help="with cameras")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
     kinds = options.kind.split(",")
-    if not set(kinds) <= {"bends", "line", "walks"}:
-        parser.error(f"--kind {options.kind}: there are bends, line and walks")
+    if not set(kinds) <= {"bends", "line", "walks", "known"}:
+        parser.error(f"--kind {options.kind}: there are bends, line, walks and known")
     done = {key_of(row) for row in read_lines(options.results)}
     jobs = [job for job in all_jobs(kinds, options.seeds, options.rendered) if job not in done]
     append_results(run_one, jobs, options.results, options.workers, describe)

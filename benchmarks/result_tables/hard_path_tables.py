@@ -4,11 +4,12 @@ from shared.common import share
 
 NAMES = {"bends": "eight tracks with bends of 28 to 60 mm", "line": "a line, one pass"}
 NAMES["walks"] = "random walk of a {}, lag of {} cycle{}"
+NAMES["known"] = NAMES["walks"] + ", known to the estimator"
 
 
 def _cell(row):
     """Returns (kind, rendered, scenario, what walks, lag in cycles, speed) of a row."""
-    body, _, lag = row["family"].partition(", lag of ") if row["kind"] == "walks" else ("", "", "0")
+    body, _, lag = row["family"].partition(", lag of ") if row["kind"] in ("walks", "known") else ("", "", "0")
     return row["kind"], row["rendered"], row["scenario"], body, int(lag), row["speed"]
 
 
@@ -58,7 +59,7 @@ def launches_table(rows):
 
 
 def _walker(row):
-    if row["kind"] == "walks":
+    if row["kind"] in ("walks", "known"):
         body, _, lag = row["family"].partition(", lag of ")
-        return NAMES["walks"].format(body, lag, "s" * (lag != "1"))
+        return NAMES[row["kind"]].format(body, lag, "s" * (lag != "1"))
     return NAMES[row["kind"]]
