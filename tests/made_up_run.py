@@ -42,8 +42,9 @@ class Episode:
     """Makes logs of a run of ``duration`` s.
 
     ``phases``: (phase, time at which the log first shows it), in order. ``beside(t)``: how far to the left of the track
-    [m] the train is predicted at time t, by every packet, and hence where the hand goes. ``offsets(t)``: error (along,
-    across) of the point seen at time t. ``verdict``: fields of the Verdict over time, as functions.
+    [m] the train is predicted at time t, by every packet, and hence where the hand goes. ``turned``: angle from the
+    hand to the train [rad]. ``offsets(t)``: error (along, across) of the point seen at time t. ``verdict``: fields of
+    the Verdict over time, as functions.
     """
 
     def __init__(self, scenario):
@@ -51,6 +52,7 @@ class Episode:
         self.duration = 6.0
         self.phases = [(Phase.ACQUIRE, 0.0), (Phase.TRACK, 1.02)]
         self.beside = lambda t: 0.0 * t
+        self.turned = 0.0
         self.offsets = lambda t: np.zeros((len(t), 2))
         self.valid = lambda t: np.ones(len(t))
         self.gate = Gate.NO_MEMORY
@@ -93,7 +95,7 @@ class Episode:
             [self.verdict.get(name, lambda t: 0.0 * t)(cycles) for name in TASK.signals()["truth_verdict"][1]]
         )
         place, tool = self.place(cycles), self.predicted(cycles)
-        half = 0.5 * self.yaw
+        half = 0.5 * (self.yaw + self.turned)
         lift = verdict[:, 0]
         velocity = np.column_stack([zero, zero, zero, zero, zero + SPEED, zero])  # angular, then translational
         train = np.column_stack([zero + np.cos(half), zero, zero, zero + np.sin(half), place, TRAIN_Z + lift, velocity])

@@ -104,8 +104,8 @@ def contact_of(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Conta
     return Contact(float(contacts[0]), True) if len(contacts) else Contact(touch, False)
 
 
-def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
-    """Returns the position of the train's middle relative to the middle of the jaws at touch, (along, across) [m].
+def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float, float] | None:
+    """Returns the train's middle relative to the middle of the jaws at touch, (along [m], across [m], turned by [rad]).
 
     The instant is the first contact since the last launch, or otherwise the instant at which the pads would have
     touched the sides of the train.
@@ -125,7 +125,8 @@ def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> 
     when = [early[0] if len(early) else touch]
     (train,), hand = train_pose(log, when), tool_pose(log, when)
     along, across = _in_hand(hand[:, [0, 1, 3]], train[0], train[1])
-    return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]))
+    turn = math.remainder(train[3] - hand[0, 3], math.pi)  # half a turn of the hand makes no difference
+    return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]), turn)
 
 
 def aborted_launches(spans: Sequence[PhaseSpan], log: Log, object_width: float) -> tuple[float, ...]:

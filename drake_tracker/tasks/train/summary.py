@@ -159,7 +159,7 @@ def without_mean(times: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def _touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> dict[str, float | None]:
-    along, across = offset_at_touch(setup, log, spans) or (None, None)
+    along, across, _ = offset_at_touch(setup, log, spans) or (None, None, None)
     return {"touch_along_m": along, "touch_across_m": across}
 
 

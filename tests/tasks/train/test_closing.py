@@ -83,7 +83,7 @@ def test_offset_at_touch_is_the_position_of_the_train_in_the_hand(scenario, epis
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.030 + 0.0 * t
     log = episode.log()
-    along, across = offset_at_touch(resolve(scenario), log, phase_spans(log))
+    along, across, _ = offset_at_touch(resolve(scenario), log, phase_spans(log))
     assert (along, across) == pytest.approx((0.0, -0.030), abs=1e-6)  # the hand is left of the train
 
 
@@ -92,7 +92,7 @@ def test_offset_is_measured_at_the_first_contact(scenario, episode, grasp_phases
     episode.beside = lambda t: 0.010 * t
     episode.verdict["left_contact"] = lambda t: (t >= 3.2).astype(float)
     log = episode.log()
-    _, across = offset_at_touch(resolve(scenario), log, phase_spans(log))
+    _, across, _ = offset_at_touch(resolve(scenario), log, phase_spans(log))
     assert across == pytest.approx(-0.032, abs=2e-4)
 
 

@@ -1,5 +1,6 @@
 """Says in one sentence why the train was not lifted, from the log of a run."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,6 +19,8 @@ from drake_tracker.tasks.train.setup import TrainSetup
 
 SEEN = 0.5
 """Fraction of the cycles with a valid point from which vision is not the reason."""
+TURNED = 10.0
+"""Angle between train and jaws [deg] from which on the reason names it."""
 GATE_WORDS = {
     Gate.OPEN: "nothing held it back",
     Gate.NOT_TRACKING: "the hand was not tracking",
@@ -146,10 +149,13 @@ def _last_attempt(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], attem
     where = ""
     offset = offset_at_touch(setup, log, spans)
     if offset is not None:
-        along, across = (1e3 * abs(x) for x in offset)
+        along, across, turn = abs(1e3 * offset[0]), abs(1e3 * offset[1]), abs(math.degrees(offset[2]))
+        turned = f", turned by {turn:.0f} deg" if turn >= TURNED else ""
+        reach = 1e3 * setup.grasp.reach
+        end = f" and {reach:.0f} mm along are" if along > reach else " is"
         where = (
-            f": at contact the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle; "
-            f"at most {1e3 * clearance(setup):.0f} mm across is possible"
+            f": at contact the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle"
+            f"{turned}; at most {1e3 * clearance(setup):.0f} mm across{end} possible"
         )
     reason = f"attempt {attempts} missed{thrown}{where}"
     if Phase.TRACK in phases:

@@ -75,6 +75,22 @@ def test_missed(episode, grasp_phases):
     )
 
 
+@pytest.mark.parametrize("half_turns", [0, 1])
+def test_missed_because_the_train_lay_obliquely(episode, grasp_phases, half_turns):
+    episode.phases = [*grasp_phases[:4], (Phase.RETREAT, 3.9), (Phase.ACQUIRE, 4.8)]
+    episode.turned = np.pi * half_turns - np.radians(31.0)
+    assert "0 mm along the jaws from their middle, turned by 31 deg; at most 24 mm across is" in reason(episode)
+
+
+def test_missed_because_the_jaws_were_ahead(episode, grasp_phases):
+    episode.phases = [*grasp_phases[:4], (Phase.RETREAT, 3.9), (Phase.ACQUIRE, 4.8)]
+    predicted = episode.predicted
+    episode.predicted = lambda t: predicted(t) + [0.0, 0.07, 0.0, 0.0]
+    assert "70 mm along the jaws from their middle; at most 24 mm across and 60 mm along are possible" in reason(
+        episode
+    )
+
+
 def test_missed_and_tracked_again(episode, grasp_phases):
     episode.phases = [*grasp_phases[:4], (Phase.RETREAT, 3.9), (Phase.ACQUIRE, 4.2), (Phase.TRACK, 4.5)]
     assert "afterwards the gate did not open again in 1.5 s of tracking" in reason(episode)
