@@ -101,7 +101,8 @@ class RunMonitor:
         over = self._task.ended(self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context)))
         if self._over_at is None and over:
             self._over_at = now
-        if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
+        late = self._over_at is not None and now >= self._over_at + AFTERGLOW and phase not in self._task.beside
+        if self._stop and late:
             return EventStatus.ReachedTermination(self._hand_eye, over or "the object was grasped or is lost")
         return EventStatus.DidNothing()
 

@@ -114,6 +114,7 @@ class Task(Protocol[Scenario]):
     Attributes:
         name: name of the task, the setting ``task`` of its scenarios.
         phases: enumeration of the phases in `ArmCommand`.
+        beside: phases in which the hand is beside the object: a run that is over still waits for their end.
         verdict: named view of the ``truth_verdict`` port, the judge's findings.
         diagnosis: named view of the ``diagnosis`` port.
         centroids: names of the centroid signals.
@@ -138,6 +139,7 @@ class Task(Protocol[Scenario]):
 
     name: str
     phases: type[IntEnum]
+    beside: tuple[IntEnum, ...] = ()
     verdict: Any
     diagnosis: Any
     centroids: tuple[str, ...]

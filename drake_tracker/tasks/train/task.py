@@ -81,6 +81,7 @@ class TrainTask(Task[TrainScenario]):
 
     name = "train"
     phases = Phase
+    beside = (Phase.INTERCEPT, Phase.CLOSE)
     verdict = Verdict
     diagnosis = GraspDiagnosis
     centroids = ("centroid_left", "centroid_right")

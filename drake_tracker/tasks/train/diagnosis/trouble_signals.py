@@ -35,7 +35,14 @@ SILENT = 0.2
 """Shortest stretch with late packets that counts as trouble [s]."""
 LEARNING = 6.0
 """Time with valid points [s] after which every estimator predicts."""
+FAR, FAR_FOR = 0.030, 0.15
+"""Error of a measured point [m] that does not occur in normal runs, and its shortest duration that counts [s]."""
+GAP = 0.008
+"""Distance between the rays of the cameras [m] that only a camera in another place or direction keeps up. A second
+object, or a shadow, is mostly seen by both cameras in the same place."""
 _WINDOW = 1.0
+_MILLIMETRES = "{:.0f} mm"
+_FOLLOWED = f"vision followed something {_MILLIMETRES} from the train"
 
 
 def vision_troubles(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
@@ -91,17 +98,18 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
     point = log["point"]
     stamps = point["stamp"]
     judged = (point["valid"] > 0) & (stamps > 0.0) & (stamps <= until) & sighted(spans, stamps)
-    stamps = stamps[judged]
+    stamps, gaps = stamps[judged], point["gap"][judged]
     error = point.view("x", "y")[judged] - train_pose(log, stamps)[:, :2]
     known = np.isfinite(error).all(axis=1)
-    stamps, error = stamps[known], error[known]
-    windows = []
+    stamps, gaps, error = stamps[known], gaps[known], error[known]
+    windows, apart = [], {}
     for start in np.arange(stamps[0], stamps[-1], _WINDOW) if len(stamps) else ():
         inside = (stamps >= start) & (stamps < start + _WINDOW)
         if np.count_nonzero(inside) < 10:
             continue
         change = np.median(np.hypot(*np.diff(error[inside], axis=0).T))
         windows.append((start, np.median(error[inside], axis=0), change))
+        apart[start] = np.percentile(gaps[inside], 10.0) > GAP
     shaky = [start for start, _, change in windows if change > SHAKY]
     off = [(start, mean) for start, mean, change in windows if change <= SHAKY and np.hypot(*mean) > OFF]
     found = []
@@ -114,15 +122,16 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
         lengths = np.hypot(*vectors.T)
         meanwhile = sum(off[0][0] <= start <= off[-1][0] for start, _, _ in windows)
         lasting = len(off) >= 3 and len(off) >= LASTING * meanwhile
-        constant = lasting and np.hypot(*vectors.mean(axis=0)) > CONSTANT * lengths.mean()
+        constant = np.hypot(*vectors.mean(axis=0)) > CONSTANT * lengths.mean()
+        constant &= lasting or all(apart[start] for start, _ in off)
         cause = Cause.CALIBRATION if constant else Cause.SECOND_OBJECT
-        what = (
-            "the measured points lay {:.0f} mm from the train in one direction"
-            if constant
-            else ("vision followed something {:.0f} mm from the train")
-        )
+        what = f"the measured points lay {_MILLIMETRES} from the train in one direction" if constant else _FOLLOWED
         clause = what.format(1e3 * np.median(lengths))
-        found.append(Trouble(cause, float(off[0][0]), float(off[-1][0] + _WINDOW), clause))
+        return [*found, Trouble(cause, float(off[0][0]), float(off[-1][0] + _WINDOW), clause)]
+    distances = np.hypot(*error.T)
+    for start, end in stretches(stamps, distances > FAR, FAR_FOR):
+        clause = _FOLLOWED.format(1e3 * np.median(distances[(stamps >= start) & (stamps <= end)]))
+        found.append(Trouble(Cause.SECOND_OBJECT, start, end, clause))
     return found
 
 

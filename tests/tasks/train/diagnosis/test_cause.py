@@ -214,6 +214,16 @@ def test_points_beside_the_train(episode):
     # A shadow pulls the points to one side, but only while it passes.
     episode.offsets = lambda t: np.column_stack([0.0 * t, 0.04 * (np.mod(t, 3.0) < 1.5)])
     assert found(episode, episode.log()).cause is Cause.SECOND_OBJECT
+    # So does a short leap, which no window of a second shows.
+    episode.offsets = lambda t: np.column_stack([0.0 * t, 0.10 * ((t > 2.7) & (t < 3.2))])
+    assert_found(
+        episode, episode.log(), Cause.SECOND_OBJECT, 2.7, 3.2, "vision followed something 100 mm from the train"
+    )
+    # Rays that keep missing each other show that a camera was turned, however short the time.
+    episode.offsets = lambda t: np.column_stack([0.0 * t, 0.033 * ((t > 2.1) & (t < 3.9))])
+    assert found(episode, episode.log()).cause is Cause.SECOND_OBJECT
+    log = changed(episode.log(), "point", gap=during(2.3, 9.0, 0.011))
+    assert found(episode, log).cause is Cause.CALIBRATION
     noise = np.random.default_rng(1).normal(0.0, 0.02, (2000, 2))
     episode.offsets = lambda t: noise[: len(t)]
     assert found(episode, episode.log()).cause is Cause.IMAGE_DISTURBED
