@@ -104,3 +104,18 @@ def renderers_table(found):
         for name, row in found["renderers"].items()
     ]
     return ["renderer", "version", "time of an image [ms]", "fastest and slowest turn", "time / Drake's"], lines
+
+
+def environment_table(found):
+    """Returns (header, rows) of the speed of the environment, and of the equality of its episodes."""
+    goals = {"points, 1 environment": 3, "points, 2 environments": 5, "two cameras, 1 environment": 1}
+    lines = [["import to first step", f"{statistics.median(found['first_step_s']):.1f} s", "4 s"]]
+    for name, factor in found["real_time_factor"].items():
+        steps = statistics.median(found["steps_per_s"][name])
+        goal = f"{goals[name]} x real time" if name in goals else ""
+        lines.append([name, f"{factor:.1f} x real time, {steps:.0f} steps/s", goal])
+    lines += [
+        [f"episodes that are the same {name} as alone", f"{count} of {found['episodes']}", "all"]
+        for name, count in found["equal"].items()
+    ]
+    return ["what", "measured", "goal"], lines

@@ -8,24 +8,37 @@ from tables.results import block, lines, of, origin, table
 
 def faults_summary() -> str:
     rows = lines("faults")
-    good, safe = (sum(map(judge, rows)) for judge in (benchmark.is_good, benchmark.limits_kept))
-    lifted = sum(bool(row["success"]) for row in rows)
-    return (
-        f"In {of(good, len(rows), ' runs')} the train was lifted, or the arm stayed safe and the summary names the "
-        f"right cause; the train was lifted in {lifted}. No limit of the arm was violated in "
-        f"{of(safe, len(rows), ' runs')}."
-    )
+    parts = []
+    for scenario in dict.fromkeys(map(benchmark.scenario_of, rows)):
+        own = [row for row in rows if benchmark.scenario_of(row) == scenario]
+        good, safe = (sum(map(judge, own)) for judge in (benchmark.is_good, benchmark.limits_kept))
+        lifted = sum(bool(row["success"]) for row in own)
+        parts.append(
+            f"`{scenario}`: in {of(good, len(own), ' runs')} the train was lifted, or the arm stayed safe and the "
+            f"summary names the right cause; the train was lifted in {lifted}. No limit of the arm was violated in "
+            f"{of(safe, len(own), ' runs')}."
+        )
+    return block(*parts)
 
 
 def faults_table() -> str:
-    rows = lines("faults")
+    rows = [row for row in lines("faults") if " + " not in row["fault"]]
     return block(table(*benchmark.faults_table(rows)), origin(rows))
+
+
+def faults_pairs() -> str:
+    rows = [row for row in lines("faults") if " + " in row["fault"]]
+    failed = [row for row in rows if not row["success"]]
+    named = of(sum(map(benchmark.both_named, failed)), len(failed), " runs without a lift")
+    text = f"The summary names a right cause for both faults in {named}."
+    return block(table(*benchmark.faults_table(rows)), origin(rows), text)
 
 
 def faults_bad() -> str:
     rows = [
         [
-            benchmark.FAULTS[row["fault"]].what,
+            " + ".join(benchmark.FAULTS[each].what for each in row["fault"].split(" + ")),
+            f"`{benchmark.scenario_of(row)}`",
             row["vision"],
             row["seed"],
             benchmark.verdict(row),
@@ -37,7 +50,7 @@ def faults_bad() -> str:
     if not rows:
         return "All runs were good."
     what = "This run was" if len(rows) == 1 else "These runs were"
-    header = ["fault", "vision", "seed", "what is wrong", "cause named", "reason of the failure"]
+    header = ["fault", "scenario", "vision", "seed", "what is wrong", "cause named", "reason of the failure"]
     return f"{what} not good:\n\n{table(header, rows)}"
 
 
