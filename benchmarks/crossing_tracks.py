@@ -49,25 +49,34 @@ MOST_DEVIATION, MOST_ASIDE = 0.05, 0.01
 """Largest distance of the place from the distance covered, and of the train from its track [m]."""
 
 
-def walk(rng):
-    """Returns points every 2 mm of an open walk that stays in the square, and crosses and touches itself."""
+def walk(rng, area=(SQUARE, SQUARE), turns=(30.0, 150.0), straights=None):
+    """Returns points every 2 mm of an open walk around the origin that crosses and touches itself, and whether it is
+    closed.
+
+    Args:
+        rng: the random numbers.
+        area: extent along x and y of the rectangle in which it stays [m].
+        turns: smallest and largest turn of a corner, to either side [deg].
+        straights: shortest and longest straight [m]; None: all have the length `STRAIGHT`.
+    """
     step, place, heading = 0.002, np.zeros(2), rng.uniform(-math.pi, math.pi)
     pieces, length = [], 0.0
     while length < WALK:
         for _ in range(100):
-            turn = 0.0 if not pieces else rng.choice((-1.0, 1.0)) * math.radians(rng.uniform(30.0, 150.0))
+            turn = 0.0 if not pieces else rng.choice((-1.0, 1.0)) * math.radians(rng.uniform(*turns))
+            straight = STRAIGHT if straights is None else rng.uniform(*straights)
             arc = _arc(place, heading, turn)
-            end = (arc[-1] if len(arc) else place) + STRAIGHT * _direction(heading + turn)
-            if np.abs(np.vstack([arc, [end]])).max() < 0.5 * SQUARE:
+            end = (arc[-1] if len(arc) else place) + straight * _direction(heading + turn)
+            if (np.abs(np.vstack([arc, [end]])) < 0.5 * np.array(area)).all():
                 break
         else:
-            return walk(rng)
+            return walk(rng, area, turns, straights)
         start = arc[-1] if len(arc) else place
         pieces += [
             arc,
-            start + np.linspace(0.0, STRAIGHT, round(STRAIGHT / step) + 1)[1:, None] * (end - start) / STRAIGHT,
+            start + np.linspace(0.0, straight, round(straight / step) + 1)[1:, None] * (end - start) / straight,
         ]
-        place, heading, length = end, heading + turn, length + RADIUS * abs(turn) + STRAIGHT
+        place, heading, length = end, heading + turn, length + RADIUS * abs(turn) + straight
     return np.concatenate(pieces), False
 
 

@@ -19,7 +19,6 @@ import argparse
 import os
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from crossing_tracks import walk
@@ -39,8 +38,6 @@ from drake_tracker.tasks.train.episode import phase_spans
 
 FIRST_SEED, FIRST_BEND = 73000, 73100
 RESULTS = common.RESULTS / "hard_paths.jsonl"
-STEP, MEMORY = 0.001, 0.5
-"""Of `KnownPath`: distance of the places that are tried [m], and for how long points are remembered [s]."""
 KEPT = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s")
 KEPT = (*KEPT, "launch_probabilities", "thrown_off", "package_versions", "git_commit")
 LAGS = (6, 15)
@@ -58,13 +55,6 @@ MEASURED = {
     "work_volume: [[0.44, -0.50, 0.45], [0.68, 0.50, 0.51]]}",
 }
 """{scenario: its vision without images}."""
-
-
-class Seen(NamedTuple):
-    """State of `KnownPath`: time and position of the points remembered, shape (n, 4) [s, m]."""
-
-    stamp: float
-    rows: np.ndarray = np.empty((0, 4))
 
 
 def ellipse(a, b):
@@ -184,65 +174,26 @@ def run_one(job):
                 overrides = overrides if body == "cube" else overrides[:-2]
             if kind == "known":
                 parameters = f"{{csv: {path}, speed: {speed}}}"
-                overrides.append(f"estimator=!Custom {{call: hard_paths.KnownPath, parameters: {parameters}}}")
+                overrides.append(f"estimator=!Custom {{call: methods.known_path.KnownPath, parameters: {parameters}}}")
             if kind == "bends":
                 overrides += ["duration=60", "track.kind=csv", f"track.csv={write_track(family, folder)}"]
-            scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=kind == "known")
-            summary = simulate(scenario, f"{folder}/run", RunOptions(record=False, stop_when_over=True))
-            summary |= attempts_of(load_log(f"{folder}/run/log.npz"), scenario)
+            summary = summary_of(name, seed, overrides, folder, latest)
     except (MachineError, MemoryError, OSError) as error:
         return Lost(f"{type(error).__name__}: {error}")
-    if summary["success"] and summary["time_to_grasp_s"] > latest:
-        summary |= {"success": False, "first_attempt_success": False, "failure_reason": "gripped after the walk"}
     keys = ("kind", "scenario", "family", "speed", "seed", "rendered")
     return {**dict(zip(keys, job, strict=True)), **{key: summary.get(key) for key in KEPT}}
 
 
-class KnownPath:
-    """An `Estimator` that knows path and speed, and takes from the points only where the
-    object was, and in which direction it goes. It shows what the
-    arm could do at a lag if nothing about the path had to be estimated.
-
-    Args:
-        csv: file of the path.
-        speed: of the object along the path [m/s].
+def summary_of(name, seed, overrides, folder, latest):
+    """Runs a trial in a folder. Returns its summary with its attempts; what is gripped later than ``latest`` [s] is no
+    success.
     """
-
-    def __init__(self, csv, speed):
-        points = np.loadtxt(csv, delimiter=",", skiprows=1)
-        places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-        self.places = np.arange(0.0, places[-1], STEP)
-        self.points = np.column_stack([np.interp(self.places, places, column) for column in points.T])
-        self.yaws = np.unwrap(np.arctan2(*np.gradient(self.points, axis=0).T[::-1]))
-        self.speed = speed
-
-    def initial_state(self):
-        return Seen(-np.inf)
-
-    def update(self, state, stamp, p_WQ):
-        if p_WQ is None:
-            return state
-        rows = np.vstack([state.rows, [stamp, *p_WQ]])
-        return Seen(stamp, rows[rows[:, 0] > stamp - MEMORY])
-
-    def ready(self, state):
-        return len(state.rows) > 0 and state.stamp - state.rows[0, 0] > 0.5 * MEMORY
-
-    def predict(self, state, times):
-        best = np.inf
-        for speed in (self.speed, -self.speed):
-            ago = np.rint(speed * (state.stamp - state.rows[:, 0]) / STEP).astype(int)
-            then = np.clip(np.arange(len(self.places))[:, None] - ago, 0, len(self.places) - 1)
-            errors = np.sum((self.points[then] - state.rows[:, 1:3]) ** 2, axis=(1, 2))
-            if errors.min() < best:
-                best = errors.min()
-                places = self.places[np.argmin(errors)] + speed * (np.asarray(times) - state.stamp)
-                turned = 0.0 if speed > 0.0 else np.pi
-        x, y, yaw = (np.interp(places, self.places, column) for column in (*self.points.T, self.yaws))
-        return np.column_stack([x, y, np.full(len(x), state.rows[-1, 3]), yaw + turned])
-
-    def predict_std(self, state, times):
-        return np.full(len(times), 0.001)
+    scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=True)  # of `methods.known_path`
+    summary = simulate(scenario, f"{folder}/run", RunOptions(record=False, stop_when_over=True))
+    summary |= attempts_of(load_log(f"{folder}/run/log.npz"), scenario)
+    if summary["success"] and summary["time_to_grasp_s"] > latest:
+        summary |= {"success": False, "first_attempt_success": False, "failure_reason": "gripped after the walk"}
+    return summary
 
 
 def attempts_of(log, scenario):

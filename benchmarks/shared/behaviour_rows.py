@@ -61,6 +61,7 @@ RESTS_ON = {
     "latency_curve": lambda row: (row["scenario"],),
     "live_cost": _LEARNED,
     "measured_vision": _of_estimator,
+    "rivals": lambda row: (row["scenario"],),
     "real_time": (*_LADDER, *_BALL, "conveyor"),
     "speed_watch": _LADDER,
     "mutations": (),
