@@ -16,8 +16,9 @@ class Seen(NamedTuple):
 
 
 class KnownPath:
-    """An `Estimator` that knows path and speed. From the points it takes only where the object was and in which direction it
-    goes, so that it shows what the arm could do at a lag if nothing about the path had to be estimated.
+    """An `Estimator` that knows path and speed. The points only say where the object was and in which direction it goes.
+
+    It shows what the arm could do at a lag if nothing about the path had to be estimated.
 
     Args:
         csv: file of the path.

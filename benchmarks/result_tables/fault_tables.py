@@ -11,6 +11,8 @@ DURATION = 40.0
 """Longest duration of a run [s]."""
 RUNGS = ("train:learned", "train", "train:guided")
 """Scenarios into which faults are injected; a row without a scenario is of the first."""
+SHOWN = 3.0
+"""Time [s] that a fault needs to show."""
 EARLY, EARLIER = "train:guided", 4.0
 """Scenario that grasps before 6 s, and by how much its faults begin earlier, but not before 1.5 s [s]."""
 PAIRS, PAIR_SEED = 30, 929
@@ -170,6 +172,15 @@ def is_safe(row):
 def cause_is_right(row):
     """Returns whether the summary of a failed run names a cause that is right for its fault."""
     return any(row.get("cause") in causes for causes in right_causes(row["fault"]))
+
+
+def both_acted(row):
+    """Returns whether each fault of a failed run could show: the run lasted for `SHOWN` after it began, and the jaws
+    closed if it concerns the gripper."""
+    names = row["fault"].split(" + ")
+    starts = [float(at) for at in re.findall(r"at: ([\d.]+)", tags(row["fault"], scenario_of(row)))]
+    closed = row["attempts"] or not {"slow-gripper", "weak-gripper"} & set(names)
+    return bool(closed) and row["simulated_s"] >= max(starts, default=0.0) + SHOWN
 
 
 def both_named(row):
