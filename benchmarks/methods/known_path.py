@@ -16,7 +16,7 @@ class Seen(NamedTuple):
 
 
 class KnownPath:
-    """An `Estimator` that knows path and speed. The points only say where the object was and in which direction it goes.
+    """An `Estimator` that knows path and speed. Its points only say where the object was, and its direction.
 
     It shows what the arm could do at a lag if nothing about the path had to be estimated.
 

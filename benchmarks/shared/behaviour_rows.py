@@ -42,6 +42,7 @@ RESTS_ON = {
     "conveyor_vision": ("conveyor",),
     "crossing_tracks": (),
     "dispatch": (),
+    "environment_speed": (),
     "estimation": (),
     "run": (),  # estimation/run.py
     "eyes_open": _of_parts(

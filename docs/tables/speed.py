@@ -1,5 +1,6 @@
 """Computing time (`results/real_time.json` and others)."""
 
+from mutations import mutations_table
 from result_tables import speed_tables as benchmark
 
 from tables.results import block, data, sidecar, table
@@ -42,3 +43,11 @@ def renderers() -> str:
     found = data("renderers")
     text = f"The specular term changed {found['differing_pixels']} pixels."
     return block(table(*benchmark.renderers_table(found)), text, _origin("renderers"))
+
+
+def environment_speed() -> str:
+    return block(table(*benchmark.environment_table(data("environment_speed"))), _origin("environment_speed"))
+
+
+def mutations() -> str:
+    return block(table(*mutations_table(data("mutations")["rows"])), _origin("mutations"))
