@@ -234,7 +234,8 @@ def faults_table(rows):
 
 
 def draw(rows, path):
-    """Draws for each fault the share of its runs that lifted the train, stayed safe, or were bad, by vision."""
+    """Draws for each fault the share of its runs that lifted the train, stayed safe, or were bad, by scenario and
+    vision."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -248,20 +249,22 @@ def draw(rows, path):
         "not safe": ("#b03030", lambda row: not is_safe(row)),
     }
     names = [name for name in FAULTS if any(row["fault"] == name for row in rows)][::-1]
-    visions = [vision for vision in BOTH if any(row["vision"] == vision for row in rows)]
+    single = {(scenario_of(row), row["vision"]) for row in rows if " + " not in row["fault"]}
+    panels = sorted(single, key=lambda panel: (RUNGS.index(panel[0]), panel[1]))
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(11.0, 0.34 * len(names) + 1.4), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
-        axes = figure.subplots(1, len(visions), sharey=True, squeeze=False)[0]
-        for ax, vision in zip(axes, visions):
+        axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        for ax, (rung, vision) in zip(axes, panels, strict=True):
             for place, name in enumerate(names):
-                runs = [row for row in rows if (row["fault"], row["vision"]) == (name, vision)]
+                runs = [row for row in rows if (row["fault"], scenario_of(row), row["vision"]) == (name, rung, vision)]
                 left = 0.0
                 for label, (colour, fits) in kinds.items():
                     width = 100.0 * sum(map(fits, runs)) / len(runs) if runs else 0.0
                     ax.barh(place, width, left=left, color=colour, label=label if place == 0 else None)
                     left += width
-            ax.set(title=f"{vision} vision", xlabel="share of the runs  [%]", xlim=(0, 100))
+            ax.set_title(f"{rung}\n{vision} vision", fontsize=10)
+            ax.set(xlabel="share of the runs  [%]", xlim=(0, 100))
             ax.set_yticks(range(len(names)), [FAULTS[name].what for name in names])
             ax.grid(visible=False, axis="y")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(kinds))
