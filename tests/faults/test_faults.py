@@ -1,5 +1,7 @@
 """The arithmetic of the faults: what each does at its place, within its time and outside of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from faulty_runs import CAMERAS, X_WCS, free_body, make
@@ -133,6 +135,18 @@ class TestImages:
         middle = CAMERAS["left"].project([0.56, 0.0, 0.45])[0]
         assert np.linalg.norm(near - middle) < np.linalg.norm(before - middle)
         assert make(config.CastShadow(darkness=0.1)).centroid(sight(time=2.0)) == pytest.approx(before)
+
+    def test_a_shadow_that_touches_the_train_is_seen_together_with_it(self):
+        fault, joined = make(config.CastShadow(at=0.0, darkness=0.6)), 0
+        for time in np.arange(0.0, 4.0, 0.05):
+            seen = sight(time=time)
+            both, shadow = fault.centroid(seen), fault.centroid(replace(seen, uv=None))
+            if shadow is None or np.allclose(both, seen.uv) or np.allclose(both, shadow):
+                continue
+            joined += 1
+            parts = np.linalg.norm(both - seen.uv) + np.linalg.norm(both - shadow)
+            assert parts == pytest.approx(np.linalg.norm(shadow - seen.uv)), "between the train and the shadow"
+        assert joined > 5
 
 
 class TestScene:
