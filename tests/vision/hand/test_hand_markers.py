@@ -9,7 +9,13 @@ from drums import draw_drum
 
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.constants import SIDES
-from drake_tracker.vision.hand.hand_markers import HandMarkerFinder, MarkerSearch, marker_template, triangulate_hand
+from drake_tracker.vision.hand.hand_markers import (
+    HandMarkerFinder,
+    MarkerSearch,
+    _refined,
+    marker_template,
+    triangulate_hand,
+)
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import true_camera_models
 
@@ -136,3 +142,11 @@ def test_the_hand_is_seen_by_both_cameras_or_not_at_all(cameras):
     assert triangulate_hand(pair, [found[0], None], p_WM[0], TABLE_Z, 0.03) is None
     lifted = found[1]._replace(uv=found[1].uv - [0.0, 15.0])  # the rays pass each other
     assert triangulate_hand(pair, [found[0], lifted], p_WM[0], TABLE_Z, 0.03) is None
+
+
+@pytest.mark.parametrize(("down", "right"), [(0, 0), (1, 0), (-1, 1), (2, -2)])
+def test_the_maximum_of_a_marker_is_found_beside_the_place_of_both(down, right):
+    rows, columns = np.mgrid[:21, :21]
+    response = np.exp(-0.05 * ((rows - 10.3 - down) ** 2 + (columns - 9.8 - right) ** 2))
+    assert _refined(response, 10, 10) == pytest.approx([9.8 + right, 10.3 + down], abs=0.02)
+    assert _refined(response, 0, 10) is None
