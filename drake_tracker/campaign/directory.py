@@ -37,12 +37,7 @@ def open_directory(plan: CampaignPlan, out: str | os.PathLike[str] | None) -> Re
         return Record(None)
     out = Path(out)
     wanted = {**plan.identity(), "trials": plan.trials}
-    try:
-        occupied = out.exists() and any(out.iterdir())
-    except OSError as error:
-        raise DrakeTrackerError(f"the campaign directory {out} cannot be read: {error.strerror}") from None
-    if occupied:
-        _compare(wanted, _read_plan(out), out)
+    check_directory(out, wanted)
     record = Record(out / TRIALS)
     try:
         _check_rows(record)
@@ -52,6 +47,25 @@ def open_directory(plan: CampaignPlan, out: str | os.PathLike[str] | None) -> Re
         record.close()
         raise
     return record
+
+
+def check_directory(
+    out: Path, wanted: Mapping[str, Any], plan: str = PLAN, what: str = "campaign", count: str = "trials"
+) -> dict[str, Any]:
+    """Returns the plan in the file ``plan`` of a directory, {} if the directory is new or empty.
+
+    Raises DrakeTrackerError, which says ``what`` the directory is for, with one line for each difference from the
+    ``wanted`` plan. The plan may have further keys, and the number ``count`` may have grown.
+    """
+    try:
+        occupied = out.exists() and any(out.iterdir())
+    except OSError as error:
+        raise DrakeTrackerError(f"the {what} directory {out} cannot be read: {error.strerror}") from None
+    if not occupied:
+        return {}
+    found = _read_plan(out, plan, what)
+    _compare(wanted, found, out, what, count)
+    return found
 
 
 def _check_rows(record: Record) -> None:
@@ -83,38 +97,38 @@ def discard(out: str | os.PathLike[str]) -> None:
         Path(out).rmdir()
 
 
-def _read_plan(out: Path) -> dict[str, Any]:
-    path = out / PLAN
+def _read_plan(out: Path, plan: str, what: str) -> dict[str, Any]:
+    path = out / plan
     if not path.exists():
-        raise DrakeTrackerError(f"the directory {out} is not empty and holds no campaign ({PLAN}); choose another one")
+        raise DrakeTrackerError(f"the directory {out} is not empty and holds no {what} ({plan}); choose another one")
     try:
         found = json.loads(read_regular(path, _LARGEST_PLAN))
     except (OSError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise DrakeTrackerError(f"{path}: damaged, it describes no campaign; choose another directory")
+        raise DrakeTrackerError(f"{path}: damaged, it describes no {what}; choose another directory")
     return found
 
 
-def _compare(wanted: Mapping[str, Any], found: Mapping[str, Any], out: Path) -> None:
-    """Raises DrakeTrackerError, with one line for each difference, when the directory belongs to another campaign."""
+def _compare(wanted: Mapping[str, Any], found: Mapping[str, Any], out: Path, what: str, count: str) -> None:
+    """Raises DrakeTrackerError, with one line for each difference, when the directory belongs to another plan."""
     errors: list[str] = []
     for key, value in wanted.items():
         there = found.get(key)
-        if there == value or (key == "trials" and isinstance(there, int) and there <= value):
+        if there == value or (key == count and isinstance(there, int) and there <= value):
             continue
         if key == "settings_sha256":
             if not errors:  # otherwise it follows from them
                 errors.append("the settings of its scenario have changed since (a file, or the defaults)")
-        elif key == "trials":
-            errors.append(f"it has {there} trials, not {value}; the number can only grow")
+        elif key == count:
+            errors.append(f"it has {there} {count}, not {value}; the number can only grow")
         elif key == "drake_tracker":
             errors.append(f"it was made by drake_tracker {there}, and this is {value}")
         else:
             errors.append(f"its {key.replace('_', ' ')} is {_show(there)}, not {_show(value)}")
     if errors:
         remedy = "choose another directory"
-        raise DrakeTrackerError("\n".join(f"{out} holds another campaign: {error}; {remedy}" for error in errors))
+        raise DrakeTrackerError("\n".join(f"{out} holds another {what}: {error}; {remedy}" for error in errors))
 
 
 def _show(value: Any) -> str:

@@ -43,14 +43,19 @@ def write_csv(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
     write_text(path, text.getvalue())
 
 
-def require_parquet() -> tuple[Any, Any]:
-    """Returns the modules (pyarrow, pyarrow.parquet). Raises DrakeTrackerError when pyarrow is not installed."""
+def require_parquet(what: str = "--parquet", extra: str = "parquet") -> tuple[Any, Any]:
+    """Returns the modules (pyarrow, pyarrow.parquet). Raises DrakeTrackerError when pyarrow is not installed.
+
+    Args:
+        what: needs them, for the message.
+        extra: that installs them.
+    """
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        remedy = "pip install 'drake-tracker[parquet]' installs it"
-        raise DrakeTrackerError(f"--parquet: pyarrow cannot be loaded ({error}); {remedy}") from None
+        remedy = f"pip install 'drake-tracker[{extra}]' installs it"
+        raise DrakeTrackerError(f"{what}: pyarrow cannot be loaded ({error}); {remedy}") from None
     return pyarrow, pyarrow.parquet
 
 

@@ -179,29 +179,37 @@ def run_directory(out: Path | None, name: str, what: str = "run") -> Iterator[Pa
         except OSError as error:
             if out is not None or not isinstance(error, FileExistsError):
                 raise DrakeTrackerError(f"the {what} directory {folder} cannot be made: {error.strerror}") from None
-    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        _claim(lock, f"the {what} directory {folder}")
+    with locked(folder, f"the {what} directory {folder}"):
+        if os.listdir(folder):
+            raise DrakeTrackerError(
+                f"the {what} directory {folder} is not empty; name a new one, because nothing is ever overwritten"
+            )
         try:
             yield folder
         except BaseException:
-            if not os.listdir(lock):
+            if not os.listdir(folder):
                 folder.rmdir()
             raise
-    finally:
-        os.close(lock)
 
 
-def _claim(directory: int, what: str) -> None:
-    """Locks an empty directory until its descriptor is closed or the process ends."""
+@contextmanager
+def locked(folder: Path, what: str) -> Iterator[None]:
+    """Locks a directory until the end of the block or of the process.
+
+    Raises DrakeTrackerError, which says ``what`` is in use, when another process has locked it.
+    """
+    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        fcntl.flock(directory, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
+        os.close(lock)
         raise DrakeTrackerError(f"{what} is in use: another drake-tracker writes to it; name another one") from None
     except OSError:
         pass  # a file system without locks
-    if os.listdir(directory):
-        raise DrakeTrackerError(f"{what} is not empty; name a new one, because nothing is ever overwritten")
+    try:
+        yield
+    finally:
+        os.close(lock)
 
 
 def free_name(name: str) -> Path:

@@ -1,4 +1,4 @@
-"""Gymnasium environments with exact latency, and policies.
+"""Gymnasium environments with exact latency, policies, and data sets of their episodes.
 
 A policy observes measurements and returns actions; the arm follows them within its limits. Importing this package
 registers ``drake_tracker/Train-v0``, ``Ball-v0`` and ``Conveyor-v0``. It needs the extra ``gym``; no other part of the

@@ -68,6 +68,7 @@ class TrackerEnvironment(gymnasium.Env[Observation, np.ndarray]):
         shaping: reward per metre that the tool comes nearer to the nearest object; it rests on the truth [1/m].
         render_mode: "rgb_array" or None.
         initialisation: result of the task's initialisation for all episodes; None: each episode initialises its task.
+        allow_code: whether code that the scenario file names may run, see `load_scenario`.
 
     Raises DrakeTrackerError when an argument is wrong.
     """
@@ -90,6 +91,7 @@ class TrackerEnvironment(gymnasium.Env[Observation, np.ndarray]):
         shaping: float = 0.0,
         render_mode: str | None = None,
         initialisation: Any = None,
+        allow_code: bool | None = None,
     ) -> None:
         choices = [("control", control, ("pose", "velocity")), ("render_mode", render_mode, (None, "rgb_array"))]
         for name, value, allowed in [*choices, *(("observe", part, PARTS) for part in observe)]:
@@ -97,7 +99,7 @@ class TrackerEnvironment(gymnasium.Env[Observation, np.ndarray]):
                 raise DrakeTrackerError(f"{name} must be one of {', '.join(map(repr, allowed))}, not {value!r}")
         if not (callable(inference_time) or inference_time in (WITH_ACTION, WALL_TIME)):
             inference_time = check_time("inference_time", inference_time)
-        self._name, self._overrides = scenario, tuple(overrides)
+        self._name, self._overrides, self._allow_code = scenario, tuple(overrides), allow_code
         self._lag = None if camera_lag is None else lag_cycles(camera_lag)
         self._inference_time = inference_time
         self._link_delay, self._pipelined = check_time("link_delay", link_delay), pipelined
@@ -179,7 +181,8 @@ class TrackerEnvironment(gymnasium.Env[Observation, np.ndarray]):
             self._loop = None
 
     def _load(self, seed: int, overrides: Sequence[str] = ()) -> Any:
-        scenario = load_scenario(self._name, seed=seed, overrides=(*self._overrides, *overrides))
+        every = (*self._overrides, *overrides)
+        scenario = load_scenario(self._name, seed=seed, overrides=every, allow_code=self._allow_code)
         if self._lag is not None:
             scenario = scenario.with_settings({scenario.LAG_KEY: self._lag})
             validate(scenario)

@@ -1,5 +1,6 @@
 """The interface of a policy, and an episode with it."""
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import gymnasium
@@ -7,6 +8,10 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError, PartError, raised
 from drake_tracker.environments.environment import Observation
+
+Watch = Callable[[Observation, np.ndarray, dict[str, Any]], object]
+"""Called with the observation before a step, the last action of the policy, and ``info`` after the step, with
+``reward``, ``done`` and ``busy``: whether the policy still computed before the step, so that it was not asked."""
 
 
 class Policy(Protocol):
@@ -21,28 +26,34 @@ class Policy(Protocol):
         ...
 
 
-def run_episode(env: gymnasium.Env[Any, Any], policy: Policy, seed: int | None = None) -> dict[str, Any]:
+def run_episode(
+    env: gymnasium.Env[Any, Any], policy: Policy, seed: int | None = None, watch: Watch | None = None
+) -> dict[str, Any]:
     """Runs an episode. While the policy is busy it is not asked, and the hand goes on with the last action.
 
     Args:
         env: a `TrackerEnvironment`, perhaps wrapped. After an error it can be reset as usual.
         policy: the policy.
         seed: seed of the episode.
+        watch: called after each step.
 
     Returns a dict with ``success``, ``reason``, ``reproducible``, ``reward``, ``time`` [s] and ``steps``.
 
     Raises PartError when the policy raises an error or returns something that is no action.
     """
     observation, info = env.reset(seed=seed)
-    name, reward, steps, over = type(policy).__name__, 0.0, 0, False
+    name, reward, steps, over, last = type(policy).__name__, 0.0, 0, False, None
     try:
         policy.reset()
         while not over:
             action = None if info["busy"] else policy.act(observation)
             if action is None and not info["busy"]:
                 raise DrakeTrackerError("act returned None instead of an action")
+            before, busy, last = observation, info["busy"], last if action is None else action
             observation, gained, terminated, truncated, info = env.step(action)
             reward, steps, over = reward + float(gained), steps + 1, bool(terminated or truncated)
+            if watch is not None:
+                watch(before, np.asarray(last), {**info, "busy": busy, "reward": float(gained), "done": over})
     except (Exception, SystemExit) as error:
         text = str(error) if isinstance(error, DrakeTrackerError) else raised(error)
         raise PartError(f"{name}: {text}, at {observation['time'][0]:.3f} s of the episode") from error

@@ -1,6 +1,7 @@
 """The file into which a stream of images is encoded, and what happens to it when writing fails."""
 
 from contextlib import suppress
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ class EncodedVideo:
         container: str,
         container_options: dict[str, str],
         codec: str,
-        rate: int,
+        rate: int | Fraction,
         size: tuple[int, int],
         codec_options: dict[str, str] | None = None,
     ) -> None:

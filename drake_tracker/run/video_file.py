@@ -32,10 +32,10 @@ class VideoFile:
     wanted = True
     """Whether the next frame is wanted, which it always is."""
 
-    def __init__(self, path: Path, rate: int, size: tuple[int, int], threads: int = 2) -> None:
+    def __init__(self, path: Path, rate: int | Fraction, size: tuple[int, int], threads: int = 2) -> None:
         self._path = Path(path)
         fragments = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
-        codec_options = {"preset": "ultrafast", "crf": _QUALITY, "g": str(rate)}
+        codec_options = {"preset": "ultrafast", "crf": _QUALITY, "g": str(round(rate))}
         self._video = EncodedVideo(self._path, "mp4", fragments, "libx264", rate, size, codec_options)
         stream = self._video.stream
         stream.pix_fmt = "yuv420p"

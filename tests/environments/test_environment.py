@@ -217,11 +217,11 @@ def test_images_have_ages_and_closing_ends_their_processes():
         os.kill(process, 0)
 
 
-def test_nothing_else_needs_gymnasium():
+def test_nothing_else_needs_gymnasium_except_one_command():
     package = os.path.dirname(os.path.dirname(drake_tracker.environments.__file__))
     for folder, _, files in os.walk(package):
         for file in files if not folder.endswith("environments") else ():
-            if file.endswith(".py"):
+            if file.endswith(".py") and file != "dataset.py":
                 with open(os.path.join(folder, file), encoding="utf-8") as module:
                     text = module.read()
                 assert "gymnasium" not in text and "drake_tracker.environments" not in text, file
