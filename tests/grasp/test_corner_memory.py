@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,6 +113,9 @@ def test_a_restless_object_is_grasped_at_its_best_moment(path, length, restless)
         (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
     ):
         assert judge_probability(CUBE, memory, newest, p_success, best) == verdict
+    cautious = replace(CUBE, launch_probability=0.99)
+    assert judge_probability(cautious, memory, newest, 0.92, 0.92) == Gate.SUCCESS_UNLIKELY
+    assert judge_probability(cautious, memory, newest, 0.95, 0.95) == (Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY)
 
 
 def test_a_hand_that_is_elsewhere_misses_more():
