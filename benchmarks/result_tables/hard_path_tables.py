@@ -22,7 +22,8 @@ def describe(row):
 def hard_paths_table(rows):
     """Returns (header, rows) of a table with one row for each kind, vision, scenario and speed."""
     lines = []
-    for cell in sorted({_cell(row) for row in rows}):
+    order = list(NAMES)
+    for cell in sorted({_cell(row) for row in rows}, key=lambda cell: (order.index(cell[0]), *cell[1:])):
         (kind, rendered, scenario, body, lag, speed), runs = cell, [row for row in rows if _cell(row) == cell]
         counts = [sum(bool(row[key]) for row in runs) for key in ("success", "first_attempt_success")]
         vision = "cameras" if rendered else "measured vision"
@@ -41,7 +42,7 @@ def launches_table(rows):
     """Returns (header, rows) of what became of guided launches, by their computed probability of success."""
     lines = []
     guided = [row for row in rows if row.get("launch_probabilities") is not None and "learned" not in row["scenario"]]
-    for name in dict.fromkeys(_walker(row) for row in guided):
+    for name in dict.fromkeys(_walker(row) for row in sorted(guided, key=_rank)):
         runs = [row for row in guided if _walker(row) == name]
         ends = [
             (chance, bool(row["success"]) and k == len(row["launch_probabilities"]) - 1)
@@ -56,6 +57,12 @@ def launches_table(rows):
         lines.append([name, *texts, f"{thrown} of {missed}"])
     header = ["what moves", f"lifted, launches at {SURE} or more", "mean probability", "lifted, other launches"]
     return [*header, "mean probability", "missed attempts that threw it off"], lines
+
+
+def _rank(row):
+    """Returns the place of a row in the table of launches."""
+    kind, _, _, body, lag, _ = _cell(row)
+    return list(NAMES).index(kind), body, lag
 
 
 def _walker(row):
