@@ -179,8 +179,8 @@ def both_acted(row):
     closed if it concerns the gripper."""
     names = row["fault"].split(" + ")
     starts = [float(at) for at in re.findall(r"at: ([\d.]+)", tags(row["fault"], scenario_of(row)))]
-    closed = row["attempts"] or not {"slow-gripper", "weak-gripper"} & set(names)
-    return bool(closed) and row["simulated_s"] >= max(starts, default=0.0) + SHOWN
+    closed = row.get("attempts") or not {"slow-gripper", "weak-gripper"} & set(names)
+    return bool(closed) and (row.get("simulated_s") or 0.0) >= max(starts, default=0.0) + SHOWN
 
 
 def both_named(row):

@@ -3,6 +3,7 @@
 import pytest
 from result_tables import fault_tables
 from result_tables.fault_tables import FAULTS, faults_table, is_good
+from result_tables.hard_path_tables import launches_table
 
 from drake_tracker import load_scenario
 from drake_tracker.faults.kinds import FAULTS as KINDS
@@ -58,3 +59,33 @@ def test_a_run_that_ended_with_an_exception_is_bad():
     assert not is_good(broken)
     header, rows = faults_table([GOOD, broken, GOOD | {"cause": "camera"}])
     assert rows[0][header.index("runs") :] == [3, 0, 1, 1, 1, 1, fault_tables.interval(1, 3)]
+
+
+@pytest.mark.parametrize(
+    ("changes", "acted", "named"),
+    [
+        ({}, True, False),
+        ({"further_causes": ["camera"]}, True, True),
+        ({"simulated_s": 4.9}, False, False),  # the images froze 4 s earlier than in other scenarios, at 2 s
+        ({"fault": "link-loss + slow-gripper"}, False, False),
+        ({"fault": "link-loss + slow-gripper", "attempts": 1, "further_causes": ["gripper"]}, True, True),
+    ],
+)
+def test_a_pair_is_judged_where_both_faults_could_show(changes, acted, named):
+    run = GOOD | {"fault": "link-loss + frozen-image", "scenario": "train:guided", "attempts": 0, "simulated_s": 40.0}
+    run |= changes
+    assert fault_tables.both_acted(run) is acted
+    assert fault_tables.both_named(run) is named
+
+
+def test_launches_are_counted_by_their_computed_probability():
+    run = {"kind": "walks", "rendered": False, "scenario": "train:guided", "family": "cube, lag of 6", "speed": 0.1}
+    rows = [
+        run | {"success": True, "launch_probabilities": [0.5, 0.95], "thrown_off": False},
+        run | {"success": False, "launch_probabilities": [0.92], "thrown_off": True},
+        run | {"success": False, "launch_probabilities": [], "thrown_off": False},
+        run | {"success": True, "scenario": "train:learned", "launch_probabilities": [0.9], "thrown_off": False},
+    ]
+    ((name, *counts),) = launches_table(rows)[1]
+    assert name == "random walk of a cube, lag of 6 cycles"
+    assert counts == ["1 of 2", "0.94", "0 of 1", "0.50", "1 of 2"]
