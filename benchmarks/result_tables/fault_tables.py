@@ -216,11 +216,11 @@ def faults_table(rows):
     for rung, vision, name in sorted(groups, key=lambda group: (RUNGS.index(group[0]), group[1], order[group[2]])):
         runs = [row for row in rows if (scenario_of(row), row["vision"], row["fault"]) == (rung, vision, name)]
         what = " + ".join(FAULTS[each].what for each in name.split(" + "))
-        lines.append([what, f"`{rung}`", vision, *_counts(runs)])
-    lines.append(["all faults", "", "", *_counts(rows)])
+        lines.append([f"`{rung}`", what, vision, *_counts(runs)])
+    lines.append(["all", "", "", *_counts(rows)])
     header = [
-        "fault",
         "scenario",
+        "fault",
         "vision",
         "runs",
         "lifted",

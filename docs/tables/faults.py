@@ -3,7 +3,7 @@
 from result_tables import fault_tables as benchmark
 from result_tables import second_attempt_tables as second
 
-from tables.results import block, lines, of, origin, table
+from tables.results import block, lines, of, origin, table, uses
 
 
 def faults_summary() -> str:
@@ -38,22 +38,24 @@ def faults_pairs() -> str:
 
 
 def faults_bad() -> str:
+    bad = benchmark.bad_runs(lines("faults"))
+    uses(*bad)
     rows = [
         [
-            " + ".join(benchmark.FAULTS[each].what for each in row["fault"].split(" + ")),
             f"`{benchmark.scenario_of(row)}`",
+            " + ".join(benchmark.FAULTS[each].what for each in row["fault"].split(" + ")),
             row["vision"],
             row["seed"],
             benchmark.verdict(row),
             row.get("cause") or "",
             row["failure_reason"] or "",
         ]
-        for row in benchmark.bad_runs(lines("faults"))
+        for row in bad
     ]
     if not rows:
         return "All runs were good."
     what = "This run was" if len(rows) == 1 else "These runs were"
-    header = ["fault", "scenario", "vision", "seed", "what is wrong", "cause named", "reason of the failure"]
+    header = ["scenario", "fault", "vision", "seed", "what is wrong", "cause named", "reason of the failure"]
     return f"{what} not good:\n\n{table(header, rows)}"
 
 
