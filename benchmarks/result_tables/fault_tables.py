@@ -264,7 +264,7 @@ def draw(rows, path):
                     ax.barh(place, width, left=left, color=colour, label=label if place == 0 else None)
                     left += width
             ax.set_title(f"{rung}\n{vision} vision", fontsize=10)
-            ax.set(xlabel="share of the runs  [%]", xlim=(0, 100))
+            ax.set(xlabel="runs  [%]", xlim=(0, 100))
             ax.set_yticks(range(len(names)), [FAULTS[name].what for name in names])
             ax.grid(visible=False, axis="y")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(kinds))
