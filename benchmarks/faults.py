@@ -9,8 +9,9 @@
 Each run lasts at most 40 s. Most faults begin after 6 s, while the arm tracks the train or begins to grasp it. A run is
 good when the train was lifted, or when the hand ended above the train (or the time was up during an attempt) and the
 summary names a cause that is right for the fault. In both cases no limit of the arm may have been violated. The
-published seeds are 920 to 939; nothing was chosen on them. `train:guided` has the seeds from 940 on, because its runs
-with seeds 920 to 927 changed rules of the diagnosis. Which runs of pairs count was decided on their seeds, 920 to 923.
+published seeds are 920 to 939; nothing was chosen on them. `train` and `train:guided` have the seeds from 940 on,
+because runs of `train:guided` with seeds 920 to 927 changed rules of the diagnosis. Which runs of pairs count was
+decided on their seeds, 920 to 923.
 Each run becomes a line of ``results/faults.jsonl`` as soon as it ends.
 """
 

@@ -8,11 +8,12 @@
 ``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
 `train:guided` within 60 s. ``line``: `train:line_guided`, whose train passes once. ``walks``: `train:guided` on random
 walks that cross themselves, 2 m of straights of 50 mm and corners of 30 to 150 degrees with a radius of 10 mm in a
-square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends.
-Measured vision, whose error is the error of the camera loop. The published seeds are 73100 and above for bends, and
-73000 and above otherwise; nothing was chosen on them. The closed tracks were used in development, too, with the seeds
-71001 to 71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100
-to 74111. Each run becomes a line of ``results/hard_paths.jsonl`` as soon as it ends.
+square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends; this
+rule was set after runs with the published seeds had ended while a gripped cube was being lifted. Measured vision, whose
+error is the error of the camera loop. The published seeds are 73100 and above for bends, and 73000 and above otherwise;
+no constant was chosen on them. The closed tracks were used in development, too, with the seeds 71001 to 71004 and 73000
+to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100 to 74111. Each run becomes
+a line of ``results/hard_paths.jsonl`` as soon as it ends.
 """
 
 import argparse
@@ -177,18 +178,18 @@ def run_one(job):
                 overrides.append(f"estimator=!Custom {{call: methods.known_path.KnownPath, parameters: {parameters}}}")
             if kind == "bends":
                 overrides += ["duration=60", "track.kind=csv", f"track.csv={write_track(family, folder)}"]
-            summary = summary_of(name, seed, overrides, folder, latest)
+            summary = summary_of(name, seed, overrides, folder, latest, allow_code=kind == "known")
     except (MachineError, MemoryError, OSError) as error:
         return Lost(f"{type(error).__name__}: {error}")
     keys = ("kind", "scenario", "family", "speed", "seed", "rendered")
     return {**dict(zip(keys, job, strict=True)), **{key: summary.get(key) for key in KEPT}}
 
 
-def summary_of(name, seed, overrides, folder, latest):
+def summary_of(name, seed, overrides, folder, latest, allow_code=False):
     """Runs a trial in a folder. Returns its summary with its attempts; what is gripped later than ``latest`` [s] is no
     success.
     """
-    scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=True)  # of `methods.known_path`
+    scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=allow_code)
     summary = simulate(scenario, f"{folder}/run", RunOptions(record=False, stop_when_over=True))
     summary |= attempts_of(load_log(f"{folder}/run/log.npz"), scenario)
     if summary["success"] and summary["time_to_grasp_s"] > latest:

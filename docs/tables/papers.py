@@ -152,9 +152,13 @@ def _loss() -> str:
     rows = where(lines("faults"), fault="link-bursts")
     uses(*rows)
     safe = sum(map(fault_tables.limits_kept, rows))
+    lifted = [
+        f"`{scenario}` {_successes([row for row in rows if fault_tables.scenario_of(row) == scenario])}"
+        for scenario in sorted(set(map(fault_tables.scenario_of, rows)), key=fault_tables.RUNGS.index)
+    ]
     return (
-        f"80 % of the packets lost, 120 in a row, with `train:learned`: {_successes(rows)} lifted, no limit of the arm "
-        f"violated in {safe}"
+        f"80 % of the packets lost, 120 in a row: lifted {listed(lifted)}, no limit of the arm violated in {safe} of "
+        f"{len(rows)}"
     )
 
 

@@ -8,7 +8,7 @@ import sys
 import time
 from argparse import ArgumentParser, _SubParsersAction
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -187,7 +187,7 @@ def run_directory(out: Path | None, name: str, what: str = "run") -> Iterator[Pa
         try:
             yield folder
         except BaseException:
-            if not os.listdir(folder):
+            with suppress(OSError):  # as a rule, it is not empty
                 folder.rmdir()
             raise
 

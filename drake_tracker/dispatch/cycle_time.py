@@ -13,8 +13,9 @@ from drake_tracker.dispatch.config import CycleTime, PickWindow
 
 ITERATIONS = 60
 """Newton's method needs about five steps; only near a double root does it need more."""
-TOLERANCE = 1e-12
-"""Steps below this [s] end the iteration."""
+TOLERANCE, SHORT = 1e-12, 1e-3
+"""Steps below the first [s] end the iteration. Before the second [s] they must be smaller in proportion to the time:
+a hand that is almost at the part needs the square root of the distance."""
 
 
 class CycleModel:
@@ -153,7 +154,7 @@ def _meeting_before_cruise(
         if slope <= 0.0:
             break
         step = -value / slope
-        if step <= TOLERANCE:
+        if step <= TOLERANCE * min(t / SHORT, 1.0):
             return t
         t += step
     t = cruise

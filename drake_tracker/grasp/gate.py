@@ -46,8 +46,8 @@ FEWEST_JUDGED = 10
 """Fewest recent predictions that must have been judged before a probability opens the gate."""
 LEAST_CHANCE, NEARLY = 0.4, 0.95
 """Least probability with which a restless object is grasped, and share of the best one lately; chosen as `KNOWN_BY`."""
-STRICTER = 6.0
-"""A threshold above 0.9 raises the least probability, too: from 0.4 at 0.9 up to 1 at 1."""
+STRICTER = (0.9, 1.0), (LEAST_CHANCE, 1.0)
+"""Thresholds `GraspConfig.launch_probability`, and the least probability that belongs to each."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
 STARTING = 1.0
@@ -92,7 +92,7 @@ def judge_probability(
         return Gate.NO_MEMORY
     if p_success >= config.launch_probability:
         return Gate.OPEN
-    least = max(LEAST_CHANCE, 1.0 - STRICTER * (1.0 - config.launch_probability))
+    least = float(np.interp(config.launch_probability, *STRICTER))
     worth = p_success >= max(least, NEARLY * best)
     if worth and is_restless(memory, is_wrong(config, memory.records), horizon(config, target)):
         return Gate.OPEN
