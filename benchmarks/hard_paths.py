@@ -8,12 +8,12 @@
 ``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
 `train:guided` within 60 s. ``line``: `train:line_guided`, whose train passes once. ``walks``: `train:guided` on random
 walks that cross themselves, 2 m of straights of 50 mm and corners of 30 to 150 degrees with a radius of 10 mm in a
-square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends; this
-rule was set after runs with the published seeds had ended while a gripped cube was being lifted. Measured vision, whose
-error is the error of the camera loop. The published seeds are 73100 and above for bends, and 73000 and above otherwise;
-no constant was chosen on them. The closed tracks were used in development, too, with the seeds 71001 to 71004 and 73000
-to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100 to 74111. Each run becomes
-a line of ``results/hard_paths.jsonl`` as soon as it ends.
+square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends;
+this rule was set after runs with the published seeds had ended while a gripped cube was being lifted. Measured vision,
+whose error is the error of the camera loop. The published seeds are 73100 and above for bends, and 73000 and above
+otherwise; no constant was chosen on them. The closed tracks were used in development, too, with the seeds 71001 to
+71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100 to 74111.
+Each run becomes a line of ``results/hard_paths.jsonl`` as soon as it ends.
 """
 
 import argparse

@@ -62,11 +62,15 @@ class DataSet:
         self.rows = lerobot.read_rows(out / "meta/episodes")
         if [row.get("episode_index") for row in self.rows] != list(range(len(self.rows))):
             raise DrakeTrackerError(f"{out}/meta/episodes: damaged, an episode is missing; choose another directory")
+        try:
+            totals = self._totals()
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            raise DrakeTrackerError(f"{out}/meta/episodes: damaged, not of this package; choose another one") from None
         if not found:
             save_scenario(env.scenario, self._path(SETTINGS))
             lerobot.write_task(self._sentence, self._path(TASKS))
         self._write_json(PLAN, {**made_by(), "privileged": "truth" in env.observation_space.spaces, **found, **wanted})
-        self._write_totals()
+        self._write(totals)
 
     @property
     def frames(self) -> int:
@@ -118,7 +122,7 @@ class DataSet:
             lerobot.write_table(columns, self._path(lerobot.DATA, **place))
             lerobot.write_table({name: [value] for name, value in row.items()}, self._path(lerobot.EPISODES, **place))
             self.rows.append(row)
-            self._write_totals()
+            self._write(self._totals())
 
     def _columns(self, frames: Mapping[str, Sequence[Any]], episode: int) -> dict[str, np.ndarray]:
         """Returns {feature: array (frames,) or (frames, size)} of an episode, with the types of the features."""
@@ -146,7 +150,8 @@ class DataSet:
             found[key] = dict(dtype="video", shape=size, names=axes, info=info)
         return found | {key: dict(dtype=dtype, shape=[1], names=None) for key, dtype in lerobot.COLUMNS.items()}
 
-    def _write_totals(self) -> None:
+    def _totals(self) -> dict[str, Any]:
+        """Returns {file: its content} of the files about all episodes."""
         count, features, statistics = len(self.rows), self._features(), {}
         for name in features if self.rows else ():
             start = f"stats/{name}/"
@@ -157,8 +162,11 @@ class DataSet:
         info |= dict(total_episodes=count, total_frames=self.frames, total_tasks=1, chunks_size=lerobot.CHUNK)
         info |= dict(data_files_size_in_mb=100, video_files_size_in_mb=200, splits={"train": f"0:{count}"})
         info |= dict(data_path=lerobot.DATA, video_path=lerobot.VIDEO if self._cameras else None, features=features)
-        self._write_json("meta/stats.json", statistics)
-        self._write_json("meta/info.json", info)
+        return {"meta/stats.json": statistics, "meta/info.json": info}
+
+    def _write(self, contents: Mapping[str, Any]) -> None:
+        for name, content in contents.items():
+            self._write_json(name, content)
 
     def _write_json(self, name: str, value: Any) -> None:
         write_text(self._path(name), json.dumps(value, indent=2) + "\n")

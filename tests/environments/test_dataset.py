@@ -206,6 +206,25 @@ def test_other_folders_and_damaged_data_sets_are_refused(copied, tmp_path, capsy
     assert [path.name for path in other.iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda table: table.drop(columns=["dataset_to_index"]),
+        lambda table: table.drop(columns=["stats/action/count"]),
+        lambda table: table.assign(**{"stats/action/mean": ["high"]}),
+    ],
+)
+def test_a_row_that_is_not_of_this_package_is_refused_and_changes_nothing(copied, capsys, change):
+    last = copied / "meta" / "episodes" / "chunk-000" / "file-001.parquet"
+    change(pandas.read_parquet(last)).to_parquet(last)
+    before = content(copied)
+    plan = (copied / "meta" / "drake_tracker.json").read_text()
+    assert dataset(copied, episodes=3) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "meta/episodes: damaged" in line
+    assert content(copied) == before and (copied / "meta" / "drake_tracker.json").read_text() == plan
+
+
 def test_two_processes_do_not_write_to_one_data_set(copied, capsys):
     with locked(copied, "it"):
         assert dataset(copied, episodes=3) == 2
