@@ -9,7 +9,7 @@ from tables.results import block, lines, of, origin, table, uses
 def faults_summary() -> str:
     rows = lines("faults")
     parts = []
-    for scenario in dict.fromkeys(map(benchmark.scenario_of, rows)):
+    for scenario in sorted(set(map(benchmark.scenario_of, rows)), key=benchmark.RUNGS.index):
         own = [row for row in rows if benchmark.scenario_of(row) == scenario]
         good, safe = (sum(map(judge, own)) for judge in (benchmark.is_good, benchmark.limits_kept))
         lifted = sum(bool(row["success"]) for row in own)
