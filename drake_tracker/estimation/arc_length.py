@@ -10,6 +10,9 @@ the arc from an averaged point.
 
 The paper's "multiply v by tau, as well as the bending" is not implemented as a single T_delta, which is no better than
 a straight line, but as the power T_delta^n from the chord frame, which is exact on a circle.
+
+The mode ``space`` is the extension to "a full Frenet frame" that section 4.1 announces: chords in space, bending and
+torsion, and powers of T_delta that are exact on a helix (docs/explanation/frenet.md). It is `baseline` otherwise.
 """
 
 import math
@@ -23,15 +26,20 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.config import ArcLength
 from drake_tracker.estimation.parameters import check_integer, check_positive, check_settings
-from drake_tracker.estimation.parts.arc import Arc, extrapolate_arc
+from drake_tracker.estimation.parts.arc import Arc
 from drake_tracker.estimation.parts.error_growth import HORIZON, ErrorGrowth
+from drake_tracker.estimation.parts.helix import AT_REST, Helix, length_along
+from drake_tracker.estimation.parts.helix_fit import fit_torsion, fit_turn, mean_offset, unsmoothed
 from drake_tracker.estimation.parts.kaiser import moving_average_weights
-from drake_tracker.estimation.parts.rice import recover_arc_length
+from drake_tracker.estimation.parts.rice import ArcLengthEstimate, recover_arc_length
 
 MIN_FRAMES = 9
 """Frames needed to fit an arc: two chords of two frames and a few frames to average."""
 MAX_BASELINE = 600
 """Longest baseline that the constructor accepts [frames]."""
+IN_SPACE, TORSION_WINDOW, TORSION_BASELINE = 1.1, 2.5, 8
+"""In space: orders of bending and direction over those in a plane, because a third axis carries noise; order of torsion
+over that of bending, and over its least baseline; chosen on development seeds."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +50,7 @@ class ArcLengthState(FrozenState):
         stamp: capture time of the newest point [s].
         times: capture times of the points in the window, shape (n,) [s].
         points: the points in the window, shape (n, 3), in W [m].
-        arc: the fitted arc.
+        arc: the fitted arc, or in space the fitted helix.
         speed: speed, smoothed over a third of a second to choose the baseline by [m/s].
         sigma: noise of a point, per axis, smoothed likewise [m].
         has_root: False while the moments of s fit no Rice distribution and s_0 is held.
@@ -53,7 +61,7 @@ class ArcLengthState(FrozenState):
     stamp: float
     times: np.ndarray
     points: np.ndarray
-    arc: Arc
+    arc: Arc | Helix
     speed: float
     sigma: float
     has_root: bool
@@ -100,14 +108,18 @@ class ArcLengthEstimator:
             )
         self.settings = settings
         self.period = period
-        self._literal = settings.mode == "literal"
-        self._bending_order = settings.order if self._literal else settings.bending_order
+        self._literal, self._in_space = settings.mode == "literal", settings.mode == "space"
+        longer = IN_SPACE if self._in_space else 1.0
+        self._bending_order = settings.order if self._literal else round(longer * settings.bending_order)
+        self._heading_order = round(longer * settings.heading_order)
         self._baseline = 1 if self._literal else settings.baseline
         self._baseline_low, self._baseline_high = low, high
-        self._longest = max(settings.order, settings.anchor_order, settings.heading_order, self._bending_order)
-        self._frames = self._longest + 2 * max(self._baseline, high) + 1
+        self._longest = max(settings.order, settings.anchor_order, self._heading_order, self._bending_order)
+        self._torsion_order = round(TORSION_WINDOW * self._bending_order) if self._in_space else 0
+        self._frames = max(self._longest, self._torsion_order) + 2 * max(self._baseline, high) + 1
         self._ages = read_only(period * np.arange(self._frames))
-        weights = (moving_average_weights(order, settings.attenuation) for order in range(self._longest + 1))
+        orders = range(max(self._longest, self._torsion_order) + 1)
+        weights = (moving_average_weights(order, settings.attenuation) for order in orders)
         self._weights = tuple(map(read_only, weights))
         self._smoothing = 1.0 - math.exp(-3.0 * period)
 
@@ -121,7 +133,7 @@ class ArcLengthEstimator:
             stamp=-math.inf,
             times=read_only(np.zeros(0)),
             points=read_only(np.zeros((0, 3))),
-            arc=Arc(chord_heading=heading, heading=heading),
+            arc=AT_REST._replace(heading=heading) if self._in_space else Arc(chord_heading=heading, heading=heading),
             speed=0.0,
             sigma=self.settings.start_sigma,
             has_root=False,
@@ -151,16 +163,23 @@ class ArcLengthEstimator:
         arc, speed, sigma, has_root, growth = state.arc, state.speed, state.sigma, False, state.growth
         ready = bool(stamp - times[0] >= self.settings.ready_after - 1e-9)
         if frames < MIN_FRAMES:
-            x, y, z = p_WQ.tolist()
-            arc = Arc((x, y, z), stamp, arc.heading, heading=arc.heading)
+            arc = self._resting(p_WQ, stamp, arc.heading)
         else:
-            arc, speed, sigma, has_root = self._fit(state, stamp, times, points, frames)
+            fit = self._fit_in_space if self._in_space else self._fit
+            arc, speed, sigma, has_root = fit(state, stamp, times, points, frames)
         if ready:
-            now, later = extrapolate_arc(arc, np.array([stamp, stamp + HORIZON]), self.period)
+            now, later = arc.at(np.array([stamp, stamp + HORIZON]), self.period)
             growth = growth.update(stamp, now, later)
         return ArcLengthState(
             float(stamp), read_only(times), read_only(points), arc, speed, sigma, has_root, ready, growth
         )
+
+    def _resting(self, p_WQ: np.ndarray, stamp: float, heading: float) -> Arc | Helix:
+        """Returns the arc of an object that rests at a point, with a heading [rad]."""
+        if self._in_space:
+            return AT_REST._replace(anchor=read_only(p_WQ.copy()), time=float(stamp), heading=heading)
+        x, y, z = p_WQ.tolist()
+        return Arc((x, y, z), stamp, heading, heading=heading)
 
     def _choose_baseline(self, state: ArcLengthState, frames: int) -> int:
         """Returns the baseline m [frames] for a window of ``frames`` frames."""
@@ -225,13 +244,58 @@ class ArcLengthEstimator:
             baseline=m,
             heading=chord_heading + phi_0 * (0.5 + age / m),
         )
-        # Speed and noise are smoothed because they choose the next baseline.
+        return arc, *self._smoothed(state, speed, estimate)
+
+    def _fit_in_space(
+        self, state: ArcLengthState, stamp: float, times: np.ndarray, points: np.ndarray, frames: int
+    ) -> tuple[Helix, float, float, bool]:
+        """Returns (helix, speed [m/s], sigma [m], has_root) of the newest ``frames`` frames, as `_fit` does."""
+        m = self._choose_baseline(state, frames)
+        grid = stamp - self._ages[frames - 1 :: -1]
+        every = np.column_stack([np.interp(grid, times, column) for column in points.T])[::-1]
+        xyz = every[: self._longest + 2 * m + 1]
+        chords = xyz[:-m] - xyz[m:]
+
+        order = min(self.settings.order, len(chords) - 1)
+        weights, s = self._weights[order], np.linalg.norm(chords[: order + 1], axis=1)
+        estimate = recover_arc_length(float(weights @ s), float(weights @ (s * s)), dimensions=3)
+        s_0 = estimate.s_0 if estimate.has_root else state.arc.s_0 * m / state.arc.baseline
+        mean = weights @ chords[: order + 1]
+        if not s_0 > 0.0 or np.linalg.norm(mean) < self.settings.min_speed * m * self.period:
+            weights = self._weights[min(self.settings.anchor_order, len(xyz) - 1)]
+            helix = self._resting(weights @ xyz[: len(weights)], stamp, state.arc.heading)
+            return helix._replace(baseline=m), *self._smoothed(state, 0.0, estimate)  # type: ignore[return-value]
+
+        # Both ends of a chord are noisy, so that its variance is twice that of a point.
+        variance = 0.5 * estimate.sigma**2 if estimate.has_root else state.sigma**2
+        longer = max(m, self._torsion_order // TORSION_BASELINE)
+        order = min(self._torsion_order, len(every) - 2 * longer - 1)
+        torsion = 0.0
+        if order > self._bending_order:
+            torsion = fit_torsion(every, longer, self._weights[order], variance, s_0 * longer / m) * m / longer
+        weights = self._weights[min(self._bending_order, len(chords) - m - 1)]
+        turn = fit_turn(chords, m, weights, variance, torsion)
+
+        weights = self._weights[min(self.settings.anchor_order, len(chords) - 1)]
+        age, ages = 0.5 * (len(weights) - 1), np.arange(len(chords)) - 0.5 * (len(weights) - 1)
+        of_heading = self._weights[min(self._heading_order, len(chords) - 1)]
+        count = len(of_heading)
+        chord = unsmoothed(of_heading @ chords[:count], turn, of_heading, ages[:count] / m)
+        chord = chord * (s_0 / max(float(np.linalg.norm(chord)), 1e-12))
+        count = len(weights)
+        anchor = weights @ xyz[:count] - mean_offset(chord, turn, weights, ages[:count] / m)
+        helix = Helix(read_only(anchor), float(stamp - age * self.period), read_only(chord), read_only(turn), s_0, m)
+        helix = helix._replace(heading=float(helix.at(np.array([stamp]), self.period)[0, 3]))
+        return helix, *self._smoothed(state, length_along(chord, turn) / (m * self.period), estimate)
+
+    def _smoothed(self, state: ArcLengthState, speed: float, estimate: ArcLengthEstimate) -> tuple[float, float, bool]:
+        """Returns (speed [m/s], sigma [m], has_root), smoothed because they choose the next baseline."""
         gain = self._smoothing if state.speed > 0.0 else 1.0
         speed = state.speed + gain * (speed - state.speed)
         if not estimate.has_root:
-            return arc, speed, state.sigma, False
+            return speed, state.sigma, False
         sigma_squared = state.sigma**2 + self._smoothing * (0.5 * estimate.sigma**2 - state.sigma**2)
-        return arc, speed, math.sqrt(sigma_squared), True
+        return speed, math.sqrt(sigma_squared), True
 
     def _averaged_anchor(
         self, xy: np.ndarray, chords: np.ndarray, m: int, s_0: float, phi_0: float
@@ -243,7 +307,7 @@ class ArcLengthEstimator:
         order = min(self.settings.anchor_order, len(chords) - 1)
         weights = self._weights[order]
         age = 0.5 * order
-        heading_order = min(self.settings.heading_order, len(chords) - 1)
+        heading_order = min(self._heading_order, len(chords) - 1)
         turn = phi_0 / m
         chord = self._weights[heading_order] @ chords[: heading_order + 1]
         chord = chord * np.exp(1j * turn * (0.5 * heading_order - age))
@@ -261,7 +325,7 @@ class ArcLengthEstimator:
         yaw is the direction of the tangent, continuous along the rows. While the estimator is not `ready` the newest
         point is held.
         """
-        return extrapolate_arc(state.arc, np.asarray(times, dtype=float), self.period)
+        return state.arc.at(np.asarray(times, dtype=float), self.period)
 
     def predict_std(self, state: ArcLengthState, times: ArrayLike) -> np.ndarray:
         """Returns the expected horizontal error, shape (n,) [m]."""

@@ -11,7 +11,9 @@ class ArcLength:
     """The filter of the 1991 paper on arc length and bending (section 4)."""
 
     mode: str = setting(
-        "baseline", "chords over m frames, or literally over one frame", choices=("baseline", "literal")
+        "baseline",
+        "chords over m frames, literally over one frame, or in space",
+        choices=("baseline", "literal", "space"),
     )
     attenuation: float = setting(30.0, "stopband attenuation of the Kaiser windows", "dB", (0.0, 120.0))
     order: int = setting(30, "order of the moving averages of s and s^2", "", (2, 600))

@@ -195,3 +195,71 @@ def test_bad_parameters_are_named(parameters, named):
 def test_unknown_kind_lists_the_known():
     with pytest.raises(DrakeTrackerError, match="alpha_beta_gamma, arc_length"):
         make_estimator("kalman")
+
+
+def helix(t, speed=0.15, radius=0.11, pitch=0.26):
+    """Returns points (n, 3) of a helix about a vertical axis, climbing at an angle ``pitch`` [rad]."""
+    return circle(t, speed * np.cos(pitch), radius, climb=abs(speed) * np.sin(pitch))
+
+
+def hill(t, speed=0.15, radius=0.16, height=0.04):
+    """Returns points (n, 3) of a circle seen from above that rises and falls once per lap by +-height [m]."""
+    angle = np.linspace(0.0, 4.0 * np.pi, 20001)
+    path = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.5 + height * np.sin(angle)], axis=-1)
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    return np.stack([np.interp(speed * np.asarray(t), length, column) for column in path.T], axis=-1)
+
+
+def error_ahead(mode, path, seeds=3, sigma=0.001, horizon=0.75):
+    """Returns the rms distance [m] over all three axes between predictions and a path."""
+    squares, times = [], PERIOD * np.arange(420)
+    for seed in range(seeds):
+        estimator, noise = make_estimator("arc_length", mode=mode), np.random.default_rng(2000 + seed)
+        state = estimator.initial_state()
+        for k, point in enumerate(path(times) + sigma * noise.normal(size=(420, 3))):
+            state = estimator.update(state, times[k], point)
+            if k > 150 and k % 10 == 0:
+                ahead = times[k] + horizon
+                squares.append(np.sum((estimator.predict(state, [ahead])[0, :3] - path(np.array([ahead]))[0]) ** 2))
+    return np.sqrt(np.mean(squares))
+
+
+@pytest.mark.parametrize("speed", [0.1, -0.2])
+def test_helix_without_noise_is_predicted_exactly_in_space(speed):
+    estimator = make_estimator("arc_length", mode="space")
+    times = PERIOD * np.arange(240)
+    state = run(estimator, times, helix(times, speed))
+    ahead = times[-1] + np.linspace(-0.05, 1.6, 34)
+    rows = estimator.predict(state, ahead)
+    np.testing.assert_allclose(rows[:, :3], helix(ahead, speed), atol=2e-6)
+    tangent = speed * np.cos(0.26) * ahead / 0.11 + np.copysign(np.pi / 2, speed)
+    np.testing.assert_allclose(np.exp(1j * (rows[:, 3] - tangent)), 1.0, atol=1e-4)
+
+
+def test_in_space_a_hill_is_predicted_better_than_by_a_steady_climb():
+    assert error_ahead("space", hill) < 0.65 * error_ahead("baseline", hill)
+
+
+def test_in_space_three_axes_cost_little_more_than_two():
+    """On a helix as curved as the circle, with the error per axis."""
+    in_plane = error_ahead("baseline", lambda t: circle(t, 0.15, 0.12))
+    in_space = error_ahead("space", lambda t: helix(t, 0.15, 0.12 * np.cos(0.26) ** 2))
+    assert in_space / np.sqrt(3.0) < 1.25 * in_plane / np.sqrt(2.0)
+
+
+def test_in_space_standing_objects_gaps_and_tight_turns_do_no_harm():
+    estimator, times = make_estimator("arc_length", mode="space"), PERIOD * np.arange(240)
+    rng = np.random.default_rng(1008)
+    resting = run(estimator, times, [0.5, 0.1, 0.5] + 0.001 * rng.normal(size=(240, 3)))
+    assert resting.speed < 0.01
+    np.testing.assert_allclose(estimator.predict(resting, [5.0])[0, :3], [0.5, 0.1, 0.5], atol=0.002)
+    tight = run(estimator, times, circle(times, 0.3, 0.03) + 0.001 * rng.normal(size=(240, 3)))
+    np.testing.assert_allclose(
+        estimator.predict(tight, [times[-1] + 0.25])[0, :3], circle(times[-1] + 0.25, 0.3, 0.03), atol=0.02
+    )
+    state = estimator.initial_state()
+    for t, p in zip(times, helix(times), strict=True):
+        state = estimator.update(state, t, p if rng.uniform() < 0.6 else None)
+    np.testing.assert_allclose(
+        estimator.predict(state, [state.stamp + 0.5])[0, :3], helix(state.stamp + 0.5), atol=3e-3
+    )

@@ -30,25 +30,23 @@ class Arc(NamedTuple):
     baseline: int = 1
     heading: float = 0.0
 
+    def at(self, times: np.ndarray, period: float) -> np.ndarray:
+        """Returns an object's path along the arc, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 
-def extrapolate_arc(arc: Arc, times: np.ndarray, period: float) -> np.ndarray:
-    """Returns an object's path along an arc, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
-
-    Args:
-        arc: the arc.
-        times: absolute times, shape (n,) [s], before or after the anchor's.
-        period: time of one frame [s].
-    """
-    n = (times - arc.time) / (arc.baseline * period)
-    position, turn = delta_power(arc.s_0, arc.phi_0, n)
-    position = position * complex(math.cos(arc.chord_heading), math.sin(arc.chord_heading))
-    x, y, z = arc.anchor
-    rows = np.empty((len(times), 4))
-    rows[:, 0] = x + position.real
-    rows[:, 1] = y + position.imag
-    rows[:, 2] = z + n * arc.dz
-    rows[:, 3] = arc.chord_heading + 0.5 * arc.phi_0 + turn
-    return rows
+        Args:
+            times: absolute times, shape (n,) [s], before or after the anchor's.
+            period: time of one frame [s].
+        """
+        n = (times - self.time) / (self.baseline * period)
+        position, turn = delta_power(self.s_0, self.phi_0, n)
+        position = position * complex(math.cos(self.chord_heading), math.sin(self.chord_heading))
+        x, y, z = self.anchor
+        rows = np.empty((len(times), 4))
+        rows[:, 0] = x + position.real
+        rows[:, 1] = y + position.imag
+        rows[:, 2] = z + n * self.dz
+        rows[:, 3] = self.chord_heading + 0.5 * self.phi_0 + turn
+        return rows
 
 
 def delta_transform(s: float, phi: float, dz: float) -> np.ndarray:

@@ -2,17 +2,21 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import erf
+from scipy.stats import ncx2
 from scipy.stats import rice as scipy_rice
 
 from drake_tracker.estimation.parts.rice import (
     RATIO_LIMIT,
+    RATIO_LIMITS,
     arc_length_density,
     bending_density,
+    direction_density,
     exact_bending_density,
     mean_factor,
     moment_ratio,
     noise_ratio,
     recover_arc_length,
+    torsion_density,
 )
 
 
@@ -99,3 +103,58 @@ def test_exact_bending_density_is_that_of_a_noisy_direction():
     np.testing.assert_allclose(counts, exact_bending_density(centres, 0.0, k), atol=0.015)
     # Within the half plane ahead the paper's density is close, and too low by what lies behind.
     assert np.all(bending_density(centres, 0.0, 0.2) <= exact_bending_density(centres, 0.0, 0.2) + 1e-12)
+
+
+@pytest.mark.parametrize("x", [0.05, 0.3, 1.0, 4.0, 20.0, 50.0])
+def test_moments_in_space_are_those_of_the_density_and_of_the_noncentral_chi_distribution(x):
+    sigma = 0.7
+    middle = (max(0.0, sigma * (x - 12.0)), sigma * (x + 12.0))
+    moments = [quad(lambda s, n=n: s**n * arc_length_density(s, x * sigma, sigma, 3), *middle)[0] for n in range(3)]
+    assert moments[0] == pytest.approx(1.0, abs=1e-8)
+    assert moments[1] == pytest.approx(sigma * mean_factor(x, 3), rel=1e-8)
+    assert moments[2] == pytest.approx((x * sigma) ** 2 + 3.0 * sigma**2, rel=1e-8)
+    s = sigma * (x + np.array([-0.04, 0.5, 1.0]))
+    distribution = [quad(arc_length_density, middle[0], end, args=(x * sigma, sigma, 3))[0] for end in s]
+    np.testing.assert_allclose(distribution, ncx2.cdf((s / sigma) ** 2, 3, x**2), atol=1e-9)
+
+
+def test_ratio_in_space_has_its_limits_and_the_table_inverts_it():
+    x = np.geomspace(0.1, 1e3, 997)
+    p = moment_ratio(x, 3)
+    assert np.all(np.diff(p) < 0.0)
+    assert moment_ratio(1e-3, 3) == pytest.approx(RATIO_LIMITS[3], rel=1e-6)  # at x = 0, a Maxwell distribution
+    assert p[-1] - 1.0 == pytest.approx(0.5 / x[-1] ** 2, rel=1e-3)
+    np.testing.assert_allclose([noise_ratio(ratio, 3) for ratio in p], x, rtol=3e-4)
+
+
+@pytest.mark.parametrize("x", [1.0, 2.0, 5.0, 15.0, 50.0])
+def test_arc_length_and_noise_in_space_are_recovered_where_the_planar_inversion_is_biased(x):
+    rng = np.random.default_rng(1003)
+    s = np.linalg.norm(np.array([x, 0.0, 0.0]) + rng.normal(size=(2_000_000, 3)), axis=1)
+    moments = float(s.mean()), float(np.mean(s**2))
+    estimate = recover_arc_length(*moments, dimensions=3)
+    assert estimate.s_0 == pytest.approx(x, rel=0.02)
+    assert estimate.sigma == pytest.approx(1.0, rel=0.02)
+    if x < 4.0:
+        assert recover_arc_length(*moments).s_0 > 1.03 * x
+
+
+@pytest.mark.parametrize("k", [0.05, 0.4, 1.5])
+def test_direction_density_is_that_of_a_noisy_direction_in_space(k):
+    assert quad(direction_density, 0.0, np.pi, args=(k,), points=[k])[0] == pytest.approx(1.0)
+    rng = np.random.default_rng(1004)
+    chords = np.array([1.0, 0.0, 0.0]) + k * rng.normal(size=(400_000, 3))
+    angles = np.arctan2(np.hypot(chords[:, 1], chords[:, 2]), chords[:, 0])
+    mean = quad(lambda angle: angle * direction_density(angle, k), 0.0, np.pi, points=[k])[0]
+    assert angles.mean() == pytest.approx(mean, rel=5e-3)
+    below = quad(direction_density, 0.0, k, args=(k,))[0]
+    assert np.mean(angles < k) == pytest.approx(below, abs=3e-3)
+
+
+def test_torsion_density_is_that_of_the_plane_of_the_next_chord():
+    phi_0, psi_0, k = 0.5, -0.4, 0.15
+    across = np.sin(phi_0) * np.array([np.cos(psi_0), np.sin(psi_0)])
+    rng = np.random.default_rng(1005)
+    noisy = across + k * rng.normal(size=(400_000, 2))
+    counts, edges = np.histogram(np.arctan2(noisy[:, 1], noisy[:, 0]), bins=30, range=(-np.pi, np.pi), density=True)
+    np.testing.assert_allclose(counts, torsion_density(0.5 * (edges[1:] + edges[:-1]), psi_0, k, phi_0), atol=0.03)
