@@ -114,11 +114,24 @@ class TrackConfig:
     straight_range: tuple[float, ...] = setting(
         [0.06, 0.25], "shortest and longest straight between two corners of a random_walk", "m", (0.02, 2.0), shape=(2,)
     )
-    csv: str = setting("", "file with the points of a track: header x,y, metres in the world frame")
+    csv: str = setting(
+        "",
+        "file with the points of a track: header x,y (in the world) or x,y,z or x,y,z,bank; z above the table, m, deg",
+    )
     closed: bool = setting(
         True,
         "only for kind csv: whether the last point is joined to the first. A file whose last point repeats the first "
         "is always closed. line, sinusoid, polynomial and random_walk are always open; the other kinds refuse false",
+    )
+    heights: tuple[float, ...] = setting(
+        [],
+        "heights above the table at places equally spaced along the track, joined smoothly; empty: a level track",
+        "m",
+        (0.01, 0.3),
+        shape=(None,),
+    )
+    bank_deg: float = setting(
+        0.0, "with heights: inward lean of the tightest bend; others lean less", "deg", (0.0, 20.0)
     )
     centre: tuple[float, ...] = setting([0.56, 0.0], "centre of the track in the world", "m", (-2.0, 2.0), shape=(2,))
     rotation_deg: float = setting(0.0, "rotation of the track about its centre", "deg", (-360.0, 360.0))

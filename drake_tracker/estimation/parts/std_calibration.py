@@ -30,6 +30,11 @@ DRIFT_SPEED_NOISE = 0.03
 MAX_SPEED_NOISE = 0.2
 """Largest process noise of the speed, enough for a stop within half a second [m/s/sqrt(s)]."""
 
+CHANCE_CLIMB = 25.0
+"""The same as `CHANCE_DRIFT` for the height, whose noise is correlated; beyond it the object is on a hill; chosen."""
+DRIFT_CLIMB_NOISE, MAX_CLIMB_NOISE = 0.01, 0.15
+"""Process noise of the climb for each standard deviation of drift beyond that, and its limit [m/s/sqrt(s)]; chosen."""
+
 
 @dataclass(frozen=True)
 class StdCalibration(FrozenState):
@@ -106,3 +111,14 @@ def adapted_speed_noise(drift: float, least: float) -> float:
     beyond = max(drift**2 - CHANCE_DRIFT, 0.0)
     raised = math.sqrt(least**2 + DRIFT_SPEED_NOISE**2 * beyond)
     return max(min(raised, MAX_SPEED_NOISE), least)
+
+
+def adapted_climb_noise(drift: float, least: float) -> float:
+    """Returns the process noise of the climb [m/s/sqrt(s)].
+
+    Args:
+        drift: the present drift of the height.
+        least: process noise of the climb on a level path [m/s/sqrt(s)].
+    """
+    beyond = max(drift**2 - CHANCE_CLIMB, 0.0)
+    return max(min(math.sqrt(least**2 + DRIFT_CLIMB_NOISE**2 * beyond), MAX_CLIMB_NOISE), least)

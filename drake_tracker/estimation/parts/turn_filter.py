@@ -19,7 +19,13 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.parameters import check_positive, check_settings
 from drake_tracker.estimation.parts.motions import CHANGE_TIME
-from drake_tracker.estimation.parts.std_calibration import HORIZON, StdCalibration, adapted_speed_noise, update_drift
+from drake_tracker.estimation.parts.std_calibration import (
+    HORIZON,
+    StdCalibration,
+    adapted_climb_noise,
+    adapted_speed_noise,
+    update_drift,
+)
 from drake_tracker.estimation.parts.turn_model import (
     CURVATURE,
     HEADING,
@@ -70,6 +76,7 @@ class TurnFilterState(FrozenState):
         ready: whether there is enough data for a prediction.
         coverage: the scale of `predict_std`.
         drift: how far the newest points lie ahead of their expected positions, see `drift.update_drift`.
+        climb_drift: the same for the height, above it.
         outliers: number of newest points that were ignored as outliers.
         distance: distance travelled along the heading since the start, up to `FRONT_DISTANCE` [m].
     """
@@ -85,6 +92,7 @@ class TurnFilterState(FrozenState):
     ready: bool
     coverage: StdCalibration = StdCalibration()
     drift: float = 0.0
+    climb_drift: float = 0.0
     outliers: int = 0
     distance: float = 0.0
 
@@ -214,9 +222,11 @@ class TurnFilter:
             if distance < -FRONT_DISTANCE:
                 mean, covariance = turned_about(mean, covariance)
                 distance, drift = -distance, -drift
-        height, height_covariance = height_step(
-            state.height, state.height_covariance, z, dt, self.climb_noise**2, variance
-        )
+        (a, b), _ = state.height_covariance.tolist()
+        height_lead = (z - state.height[0] - dt * state.height[1]) / math.sqrt(a + 2.0 * dt * b + variance)
+        climb_drift = update_drift(state.climb_drift, float(height_lead), dt)
+        climb_noise = adapted_climb_noise(climb_drift, self.climb_noise)
+        height, height_covariance = height_step(state.height, state.height_covariance, z, dt, climb_noise**2, variance)
         sigma = updated_sigma(state.sigma, residual, trace, dt)
         ready = state.ready or stamp - state.since >= self.settings.ready_after
         coverage = state.coverage.judge(stamp, mean[X], mean[Y])
@@ -235,6 +245,7 @@ class TurnFilter:
             ready=ready,
             coverage=coverage,
             drift=drift,
+            climb_drift=climb_drift,
             distance=distance,
         )
 

@@ -15,8 +15,8 @@ from drake_tracker.grasp.train.schema import PROGRAMS, Phase
 from drake_tracker.tasks import episode
 from drake_tracker.tasks.episode import PhaseSpan, during, interpolate_rows
 from drake_tracker.tasks.train.setup import TrainSetup
+from drake_tracker.world.train.hill import held_on_track
 from drake_tracker.world.train.plant import TRAIN_HEIGHT
-from drake_tracker.world.train.rail import held_on_rail
 
 
 def phase_spans(log: Mapping[str, Signal], time_step: float = TIME_STEP) -> tuple[PhaseSpan, ...]:
@@ -73,7 +73,7 @@ def train_places(setup: TrainSetup, log: Mapping[str, Signal], until: float) -> 
     times = truth.times[truth.times <= until]
     turns = setup.scenario.track.turns  # if not, the heading does not tell branches apart
     for state, (x, y, _, yaw) in zip(truth.data.tolist(), train_pose(log, times)):
-        held = held_on_rail(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near, turns)
+        held = held_on_track(track, state, setup.scenario.table_height + TRAIN_HEIGHT, near, turns)
         near = held.place if held else math.nan
         places.append(track.locate(x, y, turns * math.cos(yaw), turns * math.sin(yaw), near)[:2])
     return np.array(places).reshape(-1, 2)

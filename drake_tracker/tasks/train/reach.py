@@ -58,7 +58,7 @@ class Reach:
         q = np.array(self.q_initial)
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
             x, y, _ = track.pose(s)
-            q, height = self._move(q, float(x), float(y))
+            q, height = self._move(q, float(x), float(y), float(track.profile(s)[0]))
             if height is not None:
                 return float(x), float(y), height
         return None
@@ -74,23 +74,24 @@ class Reach:
             s: arc lengths of the places, ascending, shape (n,) [m].
         """
         x, y, _ = track.pose(s)
+        z = track.profile(s)[0]
         nearest = int(np.argmin(np.hypot(x - self.home[0], y - self.home[1])))
         found = np.zeros(len(s), dtype=bool)
         for places in (range(nearest, len(s)), range(nearest, -1, -1)):
             q = np.array(self.q_initial)
             for k in places:
-                q, height = self._move(q, float(x[k]), float(y[k]))
+                q, height = self._move(q, float(x[k]), float(y[k]), float(z[k]))
                 if height is not None:
                     break
                 found[k] = True
         return found
 
-    def _move(self, q: np.ndarray, x: float, y: float) -> tuple[np.ndarray, float | None]:
-        """Moves the tool over a place. Returns the joints [rad] and the height above the train [m] at which it cannot
-        be reached, None when it can."""
+    def _move(self, q: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, float | None]:
+        """Moves the tool over a place at a height z above the table [m]. Returns the joints [rad] and the height above
+        the train [m] at which the place cannot be reached, None when it can."""
         for height in self._heights:
             for yaw in (np.pi / 2, -np.pi / 2) if self.model.symmetric_hand else (np.pi / 2,):
-                X_WT = tool_down((x, y, self.home[2] + height), yaw)
+                X_WT = tool_down((x, y, self.home[2] + z + height), yaw)
                 q_near = q
                 for _ in range(_STEPS):
                     q_near, _ = step_joints(self.model, self._parameters, q_near, X_WT)

@@ -266,6 +266,8 @@ def _track_problems(key: str, track: TrackConfig) -> list[tuple[str, str]]:
     if not track.closed and track.kind in CLOSED_KINDS:
         open_kinds = ", ".join((*OPEN_KINDS[:-1], f"{OPEN_KINDS[-1]} or csv"))
         found.append((f"{key}.closed", f"must be true: the kind {track.kind} is always closed; choose {open_kinds}"))
+    if track.bank_deg and not track.heights:
+        found.append((f"{key}.bank_deg", f"must be 0 on a level track; {key}.heights raises it"))
     if track.kind == "random_walk":
         if track.length > LONGEST_WALK:
             found.append((f"{key}.length", f"must be at most {LONGEST_WALK:g} m when {key}.kind is random_walk"))

@@ -18,7 +18,7 @@ from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario, grasp_of
 from drake_tracker.vision.region_of_interest import footprint, is_within
 from drake_tracker.world.config import TrainConfig
-from drake_tracker.world.train.plant import TABLE_TOP, wheels
+from drake_tracker.world.train.plant import TABLE_TOP, TRAIN_HEIGHT, wheels
 from drake_tracker.world.train.rail import load_of
 from drake_tracker.world.train.speed_law import distance_at
 from drake_tracker.world.train.tracks import Track, make_track
@@ -104,6 +104,11 @@ def _placements(scenario: TrainScenario, rng: np.random.Generator, train: int) -
         fraction = config.start
         if fraction < 0.0:
             fraction = drawn if track.closed else 0.0
+        if config.heights:
+            try:
+                track = track.raised(config.heights, math.radians(config.bank_deg))
+            except DrakeTrackerError as error:
+                raise DrakeTrackerError(f"{scenario.where('track.heights')}: {error}") from None
         yield track, fraction * track.length
         offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
 
@@ -175,6 +180,11 @@ def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None
         volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
         where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
         return f"the track passes {where}, outside the {volume} (vision.work_volume)"
+    if track.heights is not None:
+        highest, top = float(track.heights.max()), scenario.vision.work_volume[1][2]
+        room = top - (scenario.table_height + TRAIN_HEIGHT + highest)
+        if room < 0.0:
+            return f"the train passes {-1e3 * room:.0f} mm above the work volume, which ends at {top:g} m"
     beyond = off_table(track, start, scenario.train, scenario.track.turns)
     if beyond is not None:
         (x_low, y_low), (x_high, y_high) = TABLE_TOP

@@ -104,7 +104,7 @@ class GraspJudgeSystem(LeafSystem):
         if touched and judged not in touched and not verdict.taken:
             judged = touched[0]
             verdict.held_since = 0.0
-        verdict.lift = self._states[judged].Eval(context)[6] - self._rest_height
+        verdict.lift = self._lift(context, judged)
         verdict.left_contact, verdict.right_contact = (
             float(frozenset((self._trains[judged], finger)) in touching) for finger in self._fingers
         )
@@ -124,11 +124,19 @@ class GraspJudgeSystem(LeafSystem):
         state.set_value(self._findings, verdict[:])
         state.set_value(self._judged, [judged])
 
+    def _lift(self, context: Context, number: int) -> float:
+        """Returns the height of a train above its place on the rail [m]; on a hill above the nearest place."""
+        state, track = self._states[number].Eval(context), self._tracks[number]
+        if track.heights is None:
+            return state[6] - self._rest_height
+        place = track.locate(state[4], state[5], 0.0, 0.0)[0]
+        return state[6] - self._rest_height - float(track.profile(place)[0])
+
     def _lies_off_track(self, context: Context, number: int) -> bool:
         """Returns whether a train rests tipped over, or farther from its track than the rail can reach, or fell."""
         # The plant lets the quaternion's norm drift.
-        qw, qx, qy, qz, x, y, z, _, _, _, vx, vy, vz = self._states[number].Eval(context)
-        if z < self._rest_height - FALLEN:
+        qw, qx, qy, qz, x, y, _, _, _, _, vx, vy, vz = self._states[number].Eval(context)
+        if self._lift(context, number) < -FALLEN:
             return True
         if vx * vx + vy * vy + vz * vz > AT_REST**2:
             return False

@@ -1,8 +1,10 @@
 """The laboratory of the train: arm, gripper, table and train in one MultibodyPlant."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from pydrake.geometry import Box, ProximityProperties, Role, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant, MultibodyPlantConfig
@@ -16,11 +18,10 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.config import TrainConfig
 from drake_tracker.world.painted_mesh import paint_visual, stain
 from drake_tracker.world.scene_object import SceneObject
+from drake_tracker.world.train.hill import TRAIN_HEIGHT, track_frame
 from drake_tracker.world.train.tracks import Track
 from drake_tracker.world.train.train_model import add_train
 
-TRAIN_HEIGHT = 0.035
-"""Height of the train's reference point, the centre of its body, above the table [m]."""
 TABLE_TOP = ((0.21, -0.50), (0.91, 0.50))
 """Lowest and highest corner (x, y) in W of the table's top, as in its model [m]."""
 WHEELS, CUBE_WHEELS = (0.045, 0.015), (0.015, 0.015)
@@ -219,4 +220,14 @@ def train_pose(track: Track, s: float, table_height: float, turns: bool = True) 
         turns: whether it stands along the track; otherwise along x_W.
     """
     x, y, heading = track.pose(s)
-    return RigidTransform(RotationMatrix.MakeZRotation(heading if turns else 0.0), [x, y, table_height + TRAIN_HEIGHT])
+    if track.heights is None:
+        level = RotationMatrix.MakeZRotation(heading if turns else 0.0)
+        return RigidTransform(level, [x, y, table_height + TRAIN_HEIGHT])
+    height, slope, lean = map(float, track.profile(s))
+    along, left, normal = track_frame(math.cos(heading), math.sin(heading), slope, lean)
+    if not turns:
+        left = np.cross(normal, [1.0, 0.0, 0.0])
+        left = left / np.linalg.norm(left)
+        along = np.cross(left, normal)
+    R_WO = RotationMatrix(np.column_stack([along, left, normal]))
+    return RigidTransform(R_WO, np.array([x, y, table_height + height]) + TRAIN_HEIGHT * normal)

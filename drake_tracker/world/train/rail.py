@@ -73,6 +73,16 @@ def load_of(body: str, scale: float) -> Load:
     return Load(0.5 * length, mass, (length**2 + width**2) / (TRAIN_SIZE[0] ** 2 + TRAIN_SIZE[1] ** 2))
 
 
+def driven_speed(track: Track, s: float, target_speed: float, load: Load) -> float:
+    """Returns the speed [m/s] at which a train is driven at arc length ``s`` [m]: it stops at the ends of a track."""
+    if track.closed:
+        return target_speed
+    remaining = max(track.length - load.half_length - s, 0.0)
+    target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
+    behind = max(s - load.half_length, 0.0)  # a train that runs backwards stays on the rails too
+    return max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
+
+
 def rail_force(
     track: Track,
     held: Held | None,
@@ -99,12 +109,7 @@ def rail_force(
         return 0.0, 0.0, 0.0
     grip, heading_x, heading_y, (s, lateral, tangent_x, tangent_y, curvature) = held
     wz, vx, vy = state[9:12]
-    if not track.closed:
-        remaining = max(track.length - load.half_length - s, 0.0)
-        target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
-        behind = max(s - load.half_length, 0.0)  # a train that runs backwards stays on the rails too
-        target_speed = max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
-
+    target_speed = driven_speed(track, s, target_speed, load)
     speed = vx * tangent_x + vy * tangent_y
     drift = vy * tangent_x - vx * tangent_y
     side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)

@@ -18,7 +18,8 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.scene_object import Ride
-from drake_tracker.world.train.rail import held_on_rail, load_of, rail_force
+from drake_tracker.world.train.hill import held_on_track, hill_force
+from drake_tracker.world.train.rail import load_of, rail_force
 from drake_tracker.world.train.speed_law import (
     check_event,
     check_speed_law,
@@ -84,7 +85,7 @@ class RailSystem(LeafSystem):
 
     def _calc_held(self, context: Context, output: AbstractValue) -> None:
         state, near = self._train_state.Eval(context).tolist(), context.get_discrete_state(self._place).value()[0]
-        output.set_value(held_on_rail(self._ride.track, state, self._height, near, self._ride.turns))
+        output.set_value(held_on_track(self._ride.track, state, self._height, near, self._ride.turns))
 
     def _follow(self, context: Context, values: DiscreteValues) -> None:
         held = self._held.Eval(context)
@@ -105,10 +106,14 @@ class RailSystem(LeafSystem):
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
         held, ride = self._held.Eval(context), self._ride
-        force_x, force_y, torque_z = rail_force(ride.track, held, state, target_speed, self._load, ride.turns)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
-        applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
+        if ride.track.heights is None:
+            force_x, force_y, torque_z = rail_force(ride.track, held, state, target_speed, self._load, ride.turns)
+            applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
+        else:
+            force, torque = hill_force(ride.track, held, state, target_speed, self._load, ride.turns)
+            applied.F_Bq_W = SpatialForce(torque, force)
         output.set_value([applied])
 
 

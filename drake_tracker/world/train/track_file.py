@@ -1,4 +1,4 @@
-"""Reads a track from a text file with the header x,y."""
+"""Reads a track from a text file with the header x,y, or x,y,z with heights, or x,y,z,bank."""
 
 import math
 
@@ -11,12 +11,16 @@ LARGEST = 4 * 1024 * 1024
 """Greatest size of a file [bytes], about 200,000 points."""
 FARTHEST = 1000.0
 """Greatest coordinate of a point in W [m]."""
+COLUMNS = ("x", "y", "z", "bank")
+"""Place in W [m], height above the table [m], and lean to the left [deg]; the last one or two may be absent."""
 NEAREST = 1e-5
 """Least distance of two neighbouring points [m]."""
 
 
 def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.ndarray, bool]:
-    """Returns a finely sampled curve through the points of a file, shape (samples, 2) [m], and whether it is closed.
+    """Returns a finely sampled curve through the points of a file, and whether it is closed.
+
+    The shape of the curve is (samples, number of columns of the file), in the units of `COLUMNS`.
 
     A cubic spline makes position, heading and curvature continuous: a periodic spline for a closed curve, otherwise a
     spline with "not a knot" ends, which is the same cubic on both sides of the second point and of the last but one.
@@ -24,7 +28,7 @@ def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.nd
     distances.
 
     Args:
-        path: file with the header x,y and one point per line [m].
+        path: file with a header, 2 to 4 of `COLUMNS`, and one point per line.
         samples: number of points to return.
         closed: whether the last point is joined to the first. If it repeats the first, the curve is always closed.
 
@@ -33,7 +37,7 @@ def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.nd
     if not path:
         raise DrakeTrackerError("track kind 'csv' needs the name of a file with the header x,y in track.csv")
     points, lines = _read_points(path)
-    if len(points) > 1 and math.dist(points[0], points[-1]) < NEAREST:
+    if len(points) > 1 and math.dist(points[0][:2], points[-1][:2]) < NEAREST:
         points.pop()
         closed = True
     kind, least = ("a closed", 3) if closed else ("an open", 2)
@@ -42,7 +46,7 @@ def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.nd
         raise DrakeTrackerError(f"track file {path} has {counted}; {kind} track needs at least {least}")
 
     knots = np.array(points + points[:1] if closed else points)
-    chord = np.hypot(*np.diff(knots, axis=0).T)
+    chord = np.hypot(*np.diff(knots[:, :2], axis=0).T)
     if chord.min() < NEAREST:
         line = lines[int(chord.argmin()) + 1]
         raise DrakeTrackerError(f"track file {path}, line {line}: the point is the same as the one before it")
@@ -53,24 +57,32 @@ def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.nd
     return spline(np.linspace(0.0, parameter[-1], samples)), closed
 
 
-def _read_points(path: str) -> tuple[list[tuple[float, float]], list[int]]:
-    """Returns the points of a file [m] and the lines on which they stand."""
+def _read_points(path: str) -> tuple[list[tuple[float, ...]], list[int]]:
+    """Returns the points of a file and the lines on which they stand."""
     points, lines = [], []
     rows = read_rows(path, "track file", LARGEST)
     header = [name.lower() for name in next(rows, (1, []))[1]]
-    if header != ["x", "y"]:
-        raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{shown(header)}'")
+    if not 2 <= len(header) <= len(COLUMNS) or tuple(header) != COLUMNS[: len(header)]:
+        raise DrakeTrackerError(
+            f"track file {path}, line 1: the header must be x,y or x,y,z or x,y,z,bank, not '{shown(header)}'"
+        )
     for line, row in rows:
-        points.append(_read_row(row, f"track file {path}, line {line}"))
+        points.append(_read_row(row, COLUMNS[: len(header)], f"track file {path}, line {line}"))
         lines.append(line)
     return points, lines
 
 
-def _read_row(row: list[str], place: str) -> tuple[float, float]:
+def _read_row(row: list[str], columns: tuple[str, ...], place: str) -> tuple[float, ...]:
+    numbers = {2: "two", 3: "three", 4: "four"}[len(columns)]
     try:
-        x, y = (float(cell) for cell in row)
+        values = tuple(map(float, row))
+        if len(values) != len(columns):
+            raise ValueError
     except ValueError:
-        raise DrakeTrackerError(f"{place}: '{shown(row)}' is not two numbers x,y in metres") from None
-    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
+        units = "metres" if len(columns) < len(COLUMNS) else "metres and degrees"
+        raise DrakeTrackerError(
+            f"{place}: '{shown(row)}' is not {numbers} numbers {','.join(columns)} in {units}"
+        ) from None
+    if not all(abs(value) <= FARTHEST for value in values):
         raise DrakeTrackerError(f"{place}: '{shown(row)}' is not within {FARTHEST:g} m of the origin of W")
-    return x, y
+    return values

@@ -1,4 +1,4 @@
-"""Tracks for the train: smooth planar curves stored as dense polylines by arc length."""
+"""Tracks for the train: smooth curves, level or with a profile of heights, stored as dense polylines by arc length."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -21,26 +21,34 @@ MIN_RADIUS = 0.01  # [m] at 0.2 m/s the train follows such a corner within 0.4 m
 NODES_PER_RADIUS = 3  # a bend of fewer nodes per radius is not resolved: 30 mm on a track of 10 m
 CHORD_ERROR = 0.01  # share of the radius by which nodes this far apart show a bend too tight
 FILE_ERROR = 0.09  # the same for points of a file: every 5 mm, or rounded to 10 um, they show a 10 mm corner as 9.13 mm
+STEEPEST_DEG = 15.0  # [deg] the friction of the wheels (`hill.FRICTION`) holds a train up to 19 deg
+CLEARANCE = 0.01  # [m] below this height above the table a train that leans or pitches touches the table
 MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside this range the unit of the file is not the metre
 
 
 class Track:
-    """A planar curve in W, parametrised by arc length s [m] and travelled in the direction of growing s.
+    """A curve in W, parametrised by arc length s [m] and travelled in the direction of growing s.
 
-    Headings are angles of the tangent about W's z axis [rad], continuous along the track (they are not wrapped).
+    Headings are angles of the tangent about W's z axis [rad], continuous along the track (they are not wrapped). On a
+    track with heights s is the arc length of its plan, that is of the curve seen from above.
 
     Args:
         points: nodes (x, y), shape (n, 2) [m], equally spaced along the curve. A closed track does not repeat its first
             point.
         closed: whether the last point is joined to the first.
+        heights: of the nodes above the table, shape (n,) [m]; None: the track lies on the table.
+        leans: angles by which the track leans to the left at the nodes, shape (n,) [rad]; None: nowhere.
 
     Attributes:
         points: as given.
         closed: as given.
-        length: length of the track [m].
+        length: length of the track, seen from above [m].
+        heights: as given.
     """
 
-    def __init__(self, points: np.ndarray, closed: bool) -> None:
+    def __init__(
+        self, points: np.ndarray, closed: bool, heights: np.ndarray | None = None, leans: np.ndarray | None = None
+    ) -> None:
         points = np.array(points, dtype=float)
         self.closed = bool(closed)
         self.points = points
@@ -80,6 +88,15 @@ class Track:
             rows = np.vstack([rows, rows[0] + [0.0, 0.0, self._turn, 0.0]])
         self._s_grid = self._spacing * np.arange(len(rows))
         self._x_grid, self._y_grid, self._heading_grid, self._curvature_grid = np.ascontiguousarray(rows.T)
+        self.heights, self._leans = heights, leans
+        if heights is not None:
+            around = np.arange(-1, len(heights) + 1)
+            padded = np.take(heights, around, mode="wrap" if self.closed else "clip")
+            slopes = (padded[2:] - padded[:-2]) / (2 * self._spacing)
+            if not self.closed:
+                slopes = np.gradient(heights, self._spacing)
+            profile = np.column_stack([heights, slopes, np.zeros(len(heights)) if leans is None else leans])
+            self._profile = np.vstack([profile, profile[:1]]).T if self.closed else profile.T
 
     def pose(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns (x, y, heading) [m, m, rad] at an arc length.
@@ -95,6 +112,19 @@ class Track:
     def curvature(self, s: float | np.ndarray) -> np.ndarray:
         """Returns the curvature [1/m] at arc length ``s`` [m], positive where the track bends to the left."""
         return np.interp(self._within(s)[0], self._s_grid, self._curvature_grid)
+
+    def profile(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns (height, slope, lean) at arc length ``s`` [m], each a number or an array like ``s``.
+
+        ``height`` is above the table [m], ``slope`` the height gained per metre of the plan, ``lean`` the angle by
+        which the track leans to the left [rad].
+        """
+        s = self._within(s)[0]
+        if self.heights is None:
+            level = np.zeros_like(s)
+            return level, level, level
+        height, slope, lean = (np.interp(s, self._s_grid, row) for row in self._profile)
+        return height, slope, lean
 
     def nearest(self, x: float, y: float, heading: float) -> tuple[float, float]:
         """Returns (s, lateral) [m] of the place on the track nearest to a point.
@@ -158,17 +188,50 @@ class Track:
 
     def reversed(self) -> Self:
         """Returns the same curve travelled in the other direction; a closed one keeps its starting point."""
-        points = self.points[::-1]
-        return type(self)(np.roll(points, 1, axis=0) if self.closed else points, self.closed)
+
+        def backwards(values: np.ndarray) -> np.ndarray:
+            return np.roll(values[::-1], 1, axis=0) if self.closed else values[::-1]
+
+        heights = None if self.heights is None else backwards(self.heights)
+        leans = None if self._leans is None else -backwards(self._leans)
+        return type(self)(backwards(self.points), self.closed, heights, leans)
 
     def translated(self, offset: Sequence[float] | np.ndarray) -> Self:
         """Returns the track moved by ``offset`` (x, y) [m]."""
-        return type(self)(self.points + np.asarray(offset), self.closed)
+        return type(self)(self.points + np.asarray(offset), self.closed, self.heights, self._leans)
 
     def rotated(self, angle: float, about: Sequence[float] = (0.0, 0.0)) -> Self:
         """Returns the track turned by ``angle`` [rad] about the point ``about`` (x, y) [m]."""
         cos, sin = math.cos(angle), math.sin(angle)
-        return type(self)((self.points - about) @ np.array([[cos, sin], [-sin, cos]]) + about, self.closed)
+        points = (self.points - about) @ np.array([[cos, sin], [-sin, cos]]) + about
+        return type(self)(points, self.closed, self.heights, self._leans)
+
+    def raised(self, heights: Sequence[float], bank: float) -> Self:
+        """Returns the track with a profile of heights.
+
+        Args:
+            heights: above the table at places equally spaced along the track, joined by a smooth curve [m]: the first
+                at its beginning, and on an open track the last at its end.
+            bank: angle by which the tightest bend leans inwards [rad]; other bends lean in proportion to their
+                curvature.
+
+        Raises DrakeTrackerError when the track is too steep or too near to the table, or has heights already.
+        """
+        if self.heights is not None:
+            raise DrakeTrackerError("the file of the track has heights already")
+        from scipy.interpolate import CubicSpline  # slow to load, and only for tracks with heights
+
+        ends = [*heights, heights[0]] if self.closed else list(heights)
+        ends = ends * 2 if len(ends) == 1 else ends
+        at = np.linspace(0.0, self.length, len(ends))
+        kind = "periodic" if self.closed else ("clamped" if len(ends) > 2 else "natural")
+        nodes = self._s_grid[: len(self.points)]
+        curvature = self._curvature_grid[: len(self.points)]
+        tightest = float(np.abs(curvature).max())
+        leans = bank * curvature / tightest if tightest > 1e-9 else 0.0 * curvature
+        raised = type(self)(self.points, self.closed, CubicSpline(at, ends, bc_type=kind)(nodes), leans)
+        _check_profile(raised)
+        return raised
 
     def min_radius(self) -> float:
         """Returns the radius of the tightest bend [m], infinite for a straight line."""
@@ -274,6 +337,25 @@ def make_track(
     return _resample(curve, closed=kind in CLOSED_KINDS, name=name).rotated(rotation).translated(centre)
 
 
+def _check_profile(track: Track, name: str = "the track") -> None:
+    """Raises DrakeTrackerError, naming the place, when a track is too steep or too low."""
+    s = np.arange(len(track.points)) * (track.length / (len(track.points) - (not track.closed)))
+    height, slope, _ = track.profile(s)
+    low, steep = int(height.argmin()), int(np.abs(slope).argmax())
+    x, y = track.points[low]
+    if height[low] < CLEARANCE - 1e-6:
+        raise DrakeTrackerError(
+            f"{name} comes down to {1e3 * height[low]:.1f} mm above the table at ({x:.3f}, {y:.3f}) m; a track with "
+            f"heights needs {1e3 * CLEARANCE:.0f} mm, or the train touches the table"
+        )
+    x, y = track.points[steep]
+    angle = math.degrees(math.atan(abs(slope[steep])))
+    if angle > STEEPEST_DEG:
+        raise DrakeTrackerError(
+            f"{name} is {angle:.1f} deg steep at ({x:.3f}, {y:.3f}) m; a train climbs {STEEPEST_DEG:g} deg at most"
+        )
+
+
 def _sizes(name: str, values: Iterable[float], count: int) -> tuple[float, ...]:
     values = tuple(values)
     if len(values) != count or not all(math.isfinite(value) and value > 0.0 for value in values):
@@ -290,14 +372,19 @@ def _finite(name: str, values: Iterable[float]) -> tuple[float, ...]:
 
 
 def _resample(curve: np.ndarray, closed: bool, name: str, error: float = CHORD_ERROR) -> Track:
-    """Returns the `Track` on a finely sampled curve, shape (n, 2), in which radii may seem too small by ``error``."""
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
+    """Returns the `Track` on a finely sampled curve, in which radii may seem too small by ``error``.
+
+    The curve has the shape (n, 2), or more columns of `track_file.COLUMNS`.
+    """
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve[:, :2], axis=0).T))])
     if not MIN_LENGTH <= s[-1] <= MAX_LENGTH:
         raise DrakeTrackerError(f"{name} is {s[-1]:.3g} m long; {MIN_LENGTH} to {MAX_LENGTH} m are allowed")
     intervals = min(math.ceil(s[-1] / NODE_SPACING), MAX_NODES - 1)
     nodes = np.linspace(0.0, s[-1], intervals + 1)
-    points = np.column_stack([np.interp(nodes, s, curve[:, axis]) for axis in (0, 1)])
-    track = Track(points[:-1] if closed else points, closed)
+    rows = np.column_stack([np.interp(nodes, s, column) for column in curve.T])
+    rows = rows[:-1] if closed else rows
+    heights, leans = (rows[:, axis] if rows.shape[1] > axis else None for axis in (2, 3))
+    track = Track(np.ascontiguousarray(rows[:, :2]), closed, heights, None if leans is None else np.radians(leans))
     needed = max(MIN_RADIUS, NODES_PER_RADIUS * float(nodes[1]))
     radius, least = round(1e3 * track.min_radius(), 2), round(1e3 * (1.0 - error) * needed, 2)  # [mm] as printed
     if radius < least:
@@ -306,4 +393,6 @@ def _resample(curve: np.ndarray, closed: bool, name: str, error: float = CHORD_E
             f"{name} bends with a radius of {radius:.2f} mm at x = {x:.3f}, y = {y:.3f} m;"
             f" at least {1e3 * needed:.0f} mm are needed ({least:.2f} mm with a tolerance of {100 * error:.0f} %)"
         )
+    if track.heights is not None:
+        _check_profile(track, name)
     return track

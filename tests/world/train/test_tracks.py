@@ -293,7 +293,7 @@ def test_csv_allows_what_editors_write(tmp_path, text):
     "text, said",
     [
         ("", "line 1: the header must be x,y"),
-        ("u,v\n1,2\n", "line 1: the header must be x,y, not 'u,v'"),
+        ("u,v\n1,2\n", "line 1: the header must be x,y or x,y,z or x,y,z,bank, not 'u,v'"),
         ("0.1,0.2\n0.2,0.2\n", "line 1"),
         ("x,y\n0.5,0.1\n0.6,nan\n", "line 3: '0.6,nan' is not within 1000 m of the origin"),
         ("x,y\n0.5,0.1\n1e308,0.1\n-1e308,0.2\n", "line 3: '1e308,0.1' is not within 1000 m of the origin"),
@@ -302,6 +302,8 @@ def test_csv_allows_what_editors_write(tmp_path, text):
         ("x,y\n" + "0.5,0.1\n" * 600_000, "it has more than 4096 KiB"),
         ("x,y\n0.5,0.1\n0.6,left\n", "line 3: '0.6,left' is not two numbers"),
         ("x,y\n0.5,0.1\n0.6\n", "line 3: '0.6' is not two numbers"),
+        ("x,y,z\n0.5,0.1,0.02\n0.6,0.1\n", "line 3: '0.6,0.1' is not three numbers"),
+        ("x,y,bank\n0.5,0.1,1\n", "the header must be x,y or x,y,z or x,y,z,bank"),
         ("x,y\n0.5,0.1\n0.6,0.2,0.3\n", "line 3"),
         ("x,y\n0.5,0.1\n0.6,0.2\n", "has 2 points"),
         ("x,y\n0.5,0.1\n0.5,0.1\n0.6,0.2\n0.4,0.3\n", "line 3: the point is the same"),
