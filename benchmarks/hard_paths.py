@@ -1,19 +1,24 @@
-"""Measures how often the object is lifted on tracks with sharp bends, on a line that it passes once, and on walks.
+"""Measures how often the object is lifted on sharp bends, on a line that it passes once, on walks, and on hills.
 
     python benchmarks/hard_paths.py                          bends and line, 40 runs a cell; resumes
     python benchmarks/hard_paths.py --kind walks --seeds 20  random walks
     python benchmarks/hard_paths.py --kind known --seeds 20  the same, with an estimator that knows the path
+    python benchmarks/hard_paths.py --kind hills --seeds 34  tracks with heights
     python benchmarks/hard_paths.py --rendered --seeds 1     with cameras
 
 ``bends``: eight families of closed tracks with sharpest bends of 28 to 60 mm, five seeds each, `train:learned` and
 `train:guided` within 60 s. ``line``: `train:line_guided`, whose train passes once. ``walks``: `train:guided` on random
 walks that cross themselves, 2 m of straights of 50 mm and corners of 30 to 150 degrees with a radius of 10 mm in a
 square of 140 mm, with a cube that does not turn and with the train. The object must be gripped before the walk ends;
-this rule was set after runs with the published seeds had ended while a gripped cube was being lifted. Measured vision,
-whose error is the error of the camera loop. The published seeds are 73100 and above for bends, and 73000 and above
-otherwise; no constant was chosen on them. The closed tracks were used in development, too, with the seeds 71001 to
-71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks of development have seeds 74100 to 74111.
-Each run becomes a line of ``results/hard_paths.jsonl`` as soon as it ends.
+this rule was set after runs with the published seeds had ended while a gripped cube was being lifted. ``hills``:
+`train:hill` and `train:hill_guided` on ovals whose seed draws two to four heights, a steepest slope of 8 to 15 degrees
+and up to 10 degrees of bank.
+
+Measured vision, whose error is the error of the camera loop. The published seeds are 73100 and above for bends, 73200
+and above for hills, and 73000 and above otherwise; no constant was chosen on them. The closed tracks were used in
+development, too, with the seeds 71001 to 71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks
+of development have seeds 74100 to 74111, hills of development 74200 and above. Each run becomes a line of
+``results/hard_paths.jsonl`` as soon as it ends.
 """
 
 import argparse
@@ -36,8 +41,9 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.world.train.tracks import make_track
 
-FIRST_SEED, FIRST_BEND = 73000, 73100
+FIRST_SEED, FIRST_BEND, FIRST_HILL = 73000, 73100, 73200
 RESULTS = common.RESULTS / "hard_paths.jsonl"
 KEPT = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s")
 KEPT = (*KEPT, "launch_probabilities", "thrown_off", "package_versions", "git_commit")
@@ -54,6 +60,9 @@ MEASURED = {
     "train:guided": "!Measured {method: !SeveralObjects {}, outline: box}",
     "train:line_guided": "!Measured {method: !SeveralObjects {}, outline: box, "
     "work_volume: [[0.44, -0.50, 0.45], [0.68, 0.50, 0.51]]}",
+    "train:hill": "!Measured {work_volume: [[0.31, -0.30, 0.45], [0.81, 0.30, 0.60]]}",
+    "train:hill_guided": "!Measured {method: !SeveralObjects {}, outline: box, "
+    "work_volume: [[0.31, -0.30, 0.45], [0.81, 0.30, 0.60]]}",
 }
 """{scenario: its vision without images}."""
 
@@ -132,7 +141,23 @@ def write_walk(seed, folder):
     return path, float(np.hypot(*np.diff(points, axis=0).T).sum())
 
 
-def all_jobs(kinds, seeds, rendered):
+def draw_hill(seed):
+    """Returns the heights of an oval [m], with a steepest slope of 8 to 15 deg, and the bank of its bends [deg].
+
+    The track rises by 80 mm at most, and its lowest place is 12 mm above the table.
+    """
+    rng = np.random.default_rng([seed, 7])
+    shape = rng.uniform(0.0, 1.0, rng.integers(2, 5))
+    steepest, bank = np.tan(np.radians(rng.uniform(8.0, 15.0))), round(rng.uniform(0.0, 10.0), 2)
+    oval = make_track("oval")
+    places = np.linspace(0.0, oval.length, 400)
+    height, slope, _ = oval.raised(0.2 + 0.02 * (shape - shape.min()) / np.ptp(shape), 0.0).profile(places)
+    scale = min(steepest / np.abs(slope).max(), 0.08 / np.ptp(height))
+    heights = 0.012 + scale * (0.2 + 0.02 * (shape - shape.min()) / np.ptp(shape) - height.min())
+    return np.round(heights, 4).tolist(), bank
+
+
+def all_jobs(kinds, seeds, rendered, first_hill=FIRST_HILL):
     """Returns (kind, scenario, family, speed, seed, rendered) of every run, seed by seed."""
     jobs = []
     for number in range(seeds):
@@ -148,6 +173,12 @@ def all_jobs(kinds, seeds, rendered):
                 ("line", "train:line_guided", "line", speed, FIRST_SEED + number * len(FAMILIES) + k, rendered)
                 for speed in (0.1, 0.2, 0.3)
                 for k in range(len(FAMILIES))
+            ]
+        if "hills" in kinds:
+            jobs += [
+                ("hills", scenario, "hills", speed, first_hill + number, rendered)
+                for scenario in ("train:hill", "train:hill_guided")
+                for speed in (0.1, 0.15, 0.2)
             ]
         for kind in [kind for kind in ("walks", "known") if kind in kinds]:
             jobs += [
@@ -178,6 +209,9 @@ def run_one(job):
                 overrides.append(f"estimator=!Custom {{call: methods.known_path.KnownPath, parameters: {parameters}}}")
             if kind == "bends":
                 overrides += ["duration=60", "track.kind=csv", f"track.csv={write_track(family, folder)}"]
+            if kind == "hills":
+                heights, bank = draw_hill(seed)
+                overrides += [f"track.heights={heights}", f"track.bank_deg={bank}"]
             summary = summary_of(name, seed, overrides, folder, latest, allow_code=kind == "known")
     except (MachineError, MemoryError, OSError) as error:
         return Lost(f"{type(error).__name__}: {error}")
@@ -213,17 +247,18 @@ def key_of(row):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", default="bends,line", help="of bends, line, walks, known, separated by commas")
+    parser.add_argument("--kind", default="bends,line", help="of bends, line, walks, known, hills, by commas")
     parser.add_argument("--seeds", type=int, default=5, help="runs per family (default 5)")
+    parser.add_argument("--first-hill", type=int, default=FIRST_HILL, help="first seed of hills")
     parser.add_argument("--rendered", action="store_true", help="with cameras")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
     kinds = options.kind.split(",")
-    if not set(kinds) <= {"bends", "line", "walks", "known"}:
-        parser.error(f"--kind {options.kind}: there are bends, line, walks and known")
+    if not set(kinds) <= {"bends", "line", "walks", "known", "hills"}:
+        parser.error(f"--kind {options.kind}: there are bends, line, walks, known and hills")
     done = {key_of(row) for row in read_lines(options.results)}
-    jobs = [job for job in all_jobs(kinds, options.seeds, options.rendered) if job not in done]
+    jobs = [job for job in all_jobs(kinds, options.seeds, options.rendered, options.first_hill) if job not in done]
     append_results(run_one, jobs, options.results, options.workers, describe)
     rows = read_lines(options.results)
     print_table(*hard_paths_table(rows))

@@ -3,6 +3,7 @@
 from shared.common import share
 
 NAMES = {"bends": "eight tracks with bends of 28 to 60 mm", "line": "a line, one pass"}
+NAMES["hills"] = "an oval with heights of 12 to 90 mm, banked"
 NAMES["walks"] = "random walk of a {}, lag of {} cycle{}"
 NAMES["known"] = NAMES["walks"] + ", known to the estimator"
 
