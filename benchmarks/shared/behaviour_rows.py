@@ -58,6 +58,8 @@ RESTS_ON = {
     "fuzz": (),
     "grasp_map": _of_estimator,
     "hard_paths": lambda row: (row["scenario"],),
+    "imitation": _GUIDED,
+    "space_filter": (),
     "latency": (),
     "latency_curve": lambda row: (row["scenario"],),
     "live_cost": _LEARNED,

@@ -19,6 +19,8 @@ from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.corner_memory import after_corners
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
+    HEIGHT,
+    HEIGHT_LIMIT,
     LATERAL,
     STAMP,
     STD,
@@ -77,7 +79,7 @@ def success_probability(
         packet: a `Prediction` vector.
         horizon: time from the measurement on which the hand relies to the touch [s].
         stamp: of the measurement [s].
-        judged: records of recent predictions for this horizon, shape (n, 11), as from `prediction_memory.recent`.
+        judged: records of recent predictions for this horizon, shape (n, 12), as from `prediction_memory.recent`.
         offset: by how much the hand misses the predicted place.
     """
     x0, y0 = evaluate_prediction(packet, stamp)[:2]
@@ -110,7 +112,7 @@ def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distan
 
     Args:
         config: opening of the jaws and width of the object.
-        records: all records about the object, oldest first, shape (n, 11).
+        records: all records about the object, oldest first, shape (n, 12).
         horizon: time for which the predictions were made [s]. Errors less than this apart have the same cause.
         distance: distance that the object will travel from the measurement to the touch [m].
     """
@@ -131,6 +133,7 @@ def is_wrong(config: GraspConfig, records: np.ndarray, offset: Offset = Offset()
         offset: by how much the hand would have missed the predicted place.
     """
     wrong = (np.abs(records[:, LATERAL] + offset.across) > _room(config)) | (np.abs(records[:, TURN]) > OBLIQUE)
+    wrong |= np.abs(records[:, HEIGHT]) > HEIGHT_LIMIT
     if not config.turns:
         wrong |= np.abs(records[:, ALONG] + offset.along) > config.reach
     return wrong
@@ -205,7 +208,7 @@ def likelihood(
 
 
 def lately_judged(config: GraspConfig, memory: PredictionMemory, target: Any) -> np.ndarray:
-    """Returns the records on which the probability of a grasp rests, shape (n, 11)."""
+    """Returns the records on which the probability of a grasp rests, shape (n, 12)."""
     return recent(memory, target.stamp, JUDGED_FOR + horizon(config, target))
 
 

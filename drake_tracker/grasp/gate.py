@@ -20,6 +20,8 @@ from drake_tracker.grasp.corner_memory import is_restless
 from drake_tracker.grasp.descent import horizon, is_wrong, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
+    HEIGHT,
+    HEIGHT_LIMIT,
     LATERAL,
     STAMP,
     THERE_X,
@@ -159,7 +161,7 @@ def strays(packet: np.ndarray, rows: np.ndarray) -> tuple[float, float]:
 
     Args:
         packet: a `Prediction` vector.
-        rows: records of the earlier pass, shape (n, 11), of which those made nearest to the packet's start are used.
+        rows: records of the earlier pass, shape (n, 12), of which those made nearest to the packet's start are used.
     """
     knots = prediction_knots(packet)
     x, y, yaw = (np.interp(_ALONG_PACKET, range(KNOT_COUNT), knots[:, k]) for k in (0, 1, 3))
@@ -174,7 +176,7 @@ def strays(packet: np.ndarray, rows: np.ndarray) -> tuple[float, float]:
 
 
 def came_true(config: GraspConfig, rows: np.ndarray) -> tuple[Gate, float]:
-    """Returns the gate's verdict on records of predictions, shape (n, 11), and their largest lateral error [m]."""
+    """Returns the gate's verdict on records of predictions, shape (n, 12), and their largest lateral error [m]."""
     if len(rows) < FEWEST_RECORDS:
         return Gate.NO_MEMORY, 0.0
     worst = np.max(np.abs(rows), axis=0)
@@ -182,6 +184,7 @@ def came_true(config: GraspConfig, rows: np.ndarray) -> tuple[Gate, float]:
         worst[LATERAL] <= config.lateral_tolerance
         and worst[ALONG] <= min(config.along_tolerance, config.reach)
         and worst[TURN] <= np.deg2rad(config.turn_tolerance_deg)
+        and worst[HEIGHT] <= HEIGHT_LIMIT
     )
     return (Gate.OPEN if good else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])
 

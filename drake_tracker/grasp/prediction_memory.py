@@ -21,12 +21,14 @@ EARLIER_LAP = 2.0
 MAX_GAP = 0.2
 """Longest gap between packets [s] across which predictions are judged."""
 
-STAMP, X, Y, YAW, LATERAL, ALONG, TURN, THERE_X, THERE_Y, THERE_YAW, STD = range(11)
+STAMP, X, Y, YAW, LATERAL, ALONG, TURN, THERE_X, THERE_Y, THERE_YAW, STD, HEIGHT = range(12)
 """Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made; its error at the
-horizon across the path [m], along it [m] and in direction [rad]; the place where the object was seen then; and the
-standard deviation [m] that the prediction gave for it."""
+horizon across the path [m], along it [m] and in direction [rad]; the place where the object was seen then; the
+standard deviation [m] that the prediction gave for it; and the error of its height [m]."""
+HEIGHT_LIMIT = 0.015
+"""Largest error of the height with which the pads still meet the object beside its middle [m]; chosen."""
 
-NO_RECORDS = np.broadcast_to(0.0, (0, 11))  # read-only
+NO_RECORDS = np.broadcast_to(0.0, (0, 12))  # read-only
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,7 @@ class PredictionMemory(FrozenState):
 
     Attributes:
         waiting: `Prediction` vectors, oldest first.
-        records: rows (STAMP ... STD), oldest first, shape (n, 11).
+        records: rows (STAMP ... HEIGHT), oldest first, shape (n, 12).
         target: number of the track that all of them are about, 0 with a host that tracks only one object.
     """
 
@@ -75,7 +77,7 @@ def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> Pr
 
 
 def recall(memory: PredictionMemory, packet: np.ndarray, radius: float) -> np.ndarray:
-    """Returns the records of earlier passes of the place from which a packet starts, shape (n, 11).
+    """Returns the records of earlier passes of the place from which a packet starts, shape (n, 12).
 
     Args:
         memory: the memory.
@@ -90,7 +92,7 @@ def recall(memory: PredictionMemory, packet: np.ndarray, radius: float) -> np.nd
 
 
 def recent(memory: PredictionMemory, now: float, duration: float) -> np.ndarray:
-    """Returns the records of packets stamped within the last ``duration`` [s] before ``now`` [s], shape (n, 11)."""
+    """Returns the records of packets stamped within the last ``duration`` [s] before ``now`` [s], shape (n, 12)."""
     return memory.records[memory.records[:, STAMP] >= now - duration]
 
 
@@ -116,7 +118,7 @@ def _judge(old: np.ndarray, before: np.ndarray, after: np.ndarray, time: float) 
     x, y, _, yaw, _ = prediction_knots(old)[0]
     turn = np.arctan2(np.sin(error[3]), np.cos(error[3]))
     across, along = -s * error[0] + c * error[1], c * error[0] + s * error[1]
-    return (_stamp(old), x, y, yaw, across, along, turn, seen[0], seen[1], seen[3], std)
+    return (_stamp(old), x, y, yaw, across, along, turn, seen[0], seen[1], seen[3], std, error[2])
 
 
 def _interpolate_first_knots(before: np.ndarray, after: np.ndarray, time: float) -> np.ndarray:

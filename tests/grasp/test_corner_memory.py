@@ -45,7 +45,7 @@ def memory_of(path, length):
     """The memory of an object that travelled a length [m] on a path, and which of its predictions led to a miss: those
     that were due from 10 to 30 mm behind a corner."""
     stamps = np.arange(round(length / SPEED / PERIOD)) * PERIOD
-    rows = np.zeros((len(stamps), 11))
+    rows = np.zeros((len(stamps), 12))
     rows[:, STAMP] = stamps
     rows[:, [X, Y]] = path(SPEED * stamps)
     due = SPEED * (stamps + AHEAD)
@@ -119,7 +119,7 @@ def test_a_restless_object_is_grasped_at_its_best_moment(path, length, restless)
 
 
 def test_a_hand_that_is_elsewhere_misses_more():
-    records = np.zeros((1, 11))
+    records = np.zeros((1, 12))
     records[0, LATERAL], records[0, ALONG] = 0.02, 0.01
     for offset, wrong in ((Offset(), False), (Offset(across=0.01), True), (Offset(across=-0.03), False)):
         assert is_wrong(CUBE, records, offset)[0] == wrong

@@ -38,7 +38,7 @@ def packet(std=0.002, speed=SPEED):
 def judged(lateral=0.0, along=0.0, turn=0.0, count=20, stated=0.002, duration=1.0):
     """Records of predictions with these root mean square errors [m, m, rad], whose stated standard deviation [m] is
     ``stated``."""
-    rows = np.zeros((count, 11))
+    rows = np.zeros((count, 12))
     rows[:, STAMP] = STAMP_NOW - 1.0 + np.linspace(0.0, duration, count)
     sign = np.resize([-1.0, 1.0], count)
     for column, error in ((LATERAL, lateral), (ALONG, along), (TURN, turn), (STD, stated * sign)):
@@ -104,7 +104,7 @@ def test_the_likelihood_is_that_of_recent_predictions():
     ahead = horizon(config, target())
     expected = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records)
     assert likely(memory, target()) == pytest.approx(expected)
-    old = PredictionMemory((), memory.records - np.eye(11)[STAMP] * 5.0)
+    old = PredictionMemory((), memory.records - np.eye(12)[STAMP] * 5.0)
     nothing = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records[:0])
     assert likely(old, target()) == pytest.approx(nothing) != pytest.approx(expected), "they are too old"
     assert likely(memory, ServoTarget(np.zeros(14))) == 0.0, "there is no target"
@@ -143,7 +143,7 @@ def test_an_object_that_has_surprised_will_do_so_again():
     short = no_surprise(CONFIG, walk(2.0, travelled=0.1), HORIZON, 0.05)
     assert short == pytest.approx(survival(1, 0.1, 0.05), rel=1e-4)
     assert no_surprise(CONFIG, walk(2.0), HORIZON, 0.0) == 1.0, "an object that stands does not"
-    assert no_surprise(CONFIG, np.zeros((0, 11)), HORIZON, 0.05) == 1.0, "nothing is known"
+    assert no_surprise(CONFIG, np.zeros((0, 12)), HORIZON, 0.05) == 1.0, "nothing is known"
 
 
 def test_a_surprise_is_an_error_by_which_a_grasp_would_miss():

@@ -50,11 +50,24 @@ THERE = circle(30.7)
 
 
 def record(stamp, pose, lateral=0.0, along=0.0, turn_deg=0.0, there=THERE):
-    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg), there[0], there[1], there[3], 0.01]
+    return [
+        stamp,
+        pose[0],
+        pose[1],
+        pose[3],
+        lateral,
+        along,
+        np.deg2rad(turn_deg),
+        there[0],
+        there[1],
+        there[3],
+        0.01,
+        0.0,
+    ]
 
 
 def memory_of(*rows):
-    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 11)))
+    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 12)))
 
 
 def pass_here(now, count=5, at=10.0, **error):

@@ -2,8 +2,13 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, message_size, pack_prediction
+from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.descent import is_wrong
+from drake_tracker.grasp.gate import Gate, came_true
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
+    HEIGHT,
+    HEIGHT_LIMIT,
     LATERAL,
     MAX_RECORDS,
     STAMP,
@@ -96,7 +101,7 @@ def test_neither_the_present_pass_nor_an_unseen_place_counts_as_an_earlier_pass(
     assert len(recall(memory, packet_at(3.2, oval), 0.03)) == 0  # seen at this very pass
     assert len(recall(memory, packet_at(1.0 + 0.8 * LAP, oval), 0.03)) == 0  # not been there yet
     assert len(recall(memory, packet_at(2.0 + LAP, oval), 0.03)) >= 3
-    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 11)
+    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 12)
 
 
 def test_the_two_passes_of_a_figure_eights_crossing_differ_in_direction():
@@ -152,7 +157,7 @@ def test_recent_gives_the_records_within_the_duration():
     memory = watch(1.0, 6.0)
     rows = recent(memory, 6.0, 2.0)
     assert np.all(rows[:, STAMP] >= 4.0) and len(rows) == np.sum(memory.records[:, STAMP] >= 4.0) > 20
-    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 11)
+    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 12)
 
 
 def test_the_memory_is_bounded():
@@ -172,3 +177,15 @@ def test_an_old_memory_is_not_changed_by_a_new_one():
     assert old.__deepcopy__({}) is old
     with pytest.raises(ValueError):
         old.records[0, 0] = 1.0
+
+
+def test_a_prediction_at_the_wrong_height_is_wrong():
+    memory = watch(1.0, 5.0)
+    np.testing.assert_allclose(memory.records[:, HEIGHT], 0.0, atol=1e-9)
+    config = GraspConfig()
+    assert not is_wrong(config, memory.records).any()
+    assert came_true(config, memory.records)[0] == Gate.OPEN
+    records = memory.records.copy()
+    records[-1, HEIGHT] = -1.1 * HEIGHT_LIMIT
+    assert is_wrong(config, records).tolist() == [False] * (len(records) - 1) + [True]
+    assert came_true(config, records)[0] == Gate.PREDICTIONS_FAILED

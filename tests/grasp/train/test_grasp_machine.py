@@ -49,7 +49,7 @@ def good_memory(stamp):
     """Predictions made here one lap earlier that came true, and lead where those of now lead."""
     here, there = path(stamp)[[0, 1, 3]], path(stamp + 0.7)[[0, 1, 3]]
     return PredictionMemory(
-        (), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there, 0.01] for k in range(6)])
+        (), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there, 0.01, 0.0] for k in range(6)])
     )
 
 
