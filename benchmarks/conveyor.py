@@ -8,7 +8,7 @@
 - capacity: parts are always waiting (48 arrive per minute). How many does the arm pick per minute?
 - load: parts arrive at 80 % of the capacity, evenly, as from a feeder, or independently of each other. How many are
   missed, dropped, misplaced, picked in pairs, and how well do they lie in their cells? With measured vision, with
-  cameras, with an encoder, and with a second arm.
+  cameras, with an encoder, with a second arm, and on a belt that rises.
 - saturated: parts arrive singly and in bunches, more than the arm can pick. What share of the bound does each
   dispatcher reach, and how much more does it pick than first in first out?
 - map: speeds of the belt and rates of arrival, with and without encoder.
@@ -68,6 +68,8 @@ LOADED = {
     "even with cameras": settings(0.15, LOAD, EVEN, CAMERAS),
     "even with encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
     "even with UR5e": settings(0.15, LOAD, EVEN, scenario=UR5E),
+    "even on a belt that rises by 10 deg": settings(0.15, LOAD, EVEN, "belt.incline_deg=10"),
+    "even on a belt that rises with cameras": settings(0.15, LOAD, EVEN, CAMERAS, "belt.incline_deg=10"),
     "independent": settings(0.15, LOAD),
     "independent with cameras": settings(0.15, LOAD, CAMERAS),
 }

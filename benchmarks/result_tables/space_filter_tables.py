@@ -26,4 +26,14 @@ def paths_table(found):
     return [*header, "ratio to a level circle, 0.25 s", "0.75 s"], lines
 
 
-TABLES = {"moments": moments_table, "paths": paths_table}
+def estimators_table(found):
+    """Returns (header, rows) of a table with one row for each estimator on the hill."""
+    lines = [
+        [f"`{row['estimator']}`", *(f"{1e3 * row[key][k]:.1f}" for key in ("level", "height") for k in (0, 1))]
+        for row in found["estimators"]
+    ]
+    header = [f"{what}, {ahead} s [mm]" for what in ("in the level", "height") for ahead in ("0.25", "0.75")]
+    return ["estimator", *header], lines
+
+
+TABLES = {"moments": moments_table, "paths": paths_table, "estimators": estimators_table}

@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
     BELT_FIELDS,
@@ -31,7 +32,7 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.dispatch.candidate import Candidate, jaw_clearance, seen_parts
 from drake_tracker.dispatch.encoder_history import EncoderCheck, EncoderHistory
 from drake_tracker.dispatch.order_tracker import OrderClerk, OrderTracker, report_of
-from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
+from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, PartPoint, Travel
 
 FREE = 1.0
 """Clearance of a part without neighbours [m]."""
@@ -118,6 +119,7 @@ class PickHostSystem(LeafSystem):
         period: period of the update [s].
         offset: time of the first update [s].
         has_encoder: whether the belt has an encoder.
+        frame: of the belt, in which the host estimates and decides.
     """
 
     def __init__(
@@ -131,10 +133,11 @@ class PickHostSystem(LeafSystem):
         period: float = VISION_PERIOD,
         offset: float = vision_slot(ESTIMATOR_SLOT),
         has_encoder: bool = False,
+        frame: BeltFrame = BeltFrame(),
     ) -> None:
         super().__init__()
         self._estimator, self._clerk, self._cells = estimator, clerk, tuple(cells)
-        self._seeking, self._carrying = tuple(seeking), tuple(carrying)
+        self._seeking, self._carrying, self._frame = tuple(seeking), tuple(carrying), frame
         self._parts = self.DeclareVectorInputPort("parts", message_size(PartTracks))
         self._encoder = self.DeclareVectorInputPort("encoder", message_size(EncoderReading)) if has_encoder else None
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(PickDiagnosis))
@@ -160,6 +163,7 @@ class PickHostSystem(LeafSystem):
         memory: HostMemory = state.get_abstract_state(0).get_value()
         now = context.get_time()
         stamp, points = seen_parts(self._parts.Eval(context), memory.belt.stamp, now)
+        points = [_in_frame(each, self._frame) for each in points]
         readings, check, encoder_report = memory.encoder, memory.check, memory.encoder_report
         encoder = readings
         if self._encoder is not None:
@@ -240,13 +244,15 @@ class PickHostSystem(LeafSystem):
         travel = encoder.travel(belt.stamp, now)
         if travel is None:
             path = self._path(belt, number, times)
-            return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack(path))
+            rows, std = self._frame.to_world(path.rows), path.std
+            return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
         rows, std = np.empty((KNOT_COUNT, 4)), np.empty(KNOT_COUNT)
         for k, time in enumerate(times.tolist()):  # the encoder knows how far the belt went until now
             measured = min(time, now)
             then = encoder.travel(belt.stamp, measured)
             path = self._path(belt, number, np.array([measured, time]), then)
             rows[k], std[k] = path.rows[1], path.std[1]
+        rows = self._frame.to_world(rows)
         return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
 
     def _order(self, book: OrderTracker, last: np.ndarray, now: float) -> np.ndarray:
@@ -266,8 +272,7 @@ class PickHostSystem(LeafSystem):
             message.place_z = cell.floor + 0.5 * shape.height
         return vector
 
-    @staticmethod
-    def _estimate(belt: BeltState, candidates: Sequence[Candidate], now: float) -> np.ndarray:
+    def _estimate(self, belt: BeltState, candidates: Sequence[Candidate], now: float) -> np.ndarray:
         """Returns the `BeltEstimate` vector of the present."""
         vector = np.zeros(message_size(BeltEstimate))
         message = BeltEstimate(vector)
@@ -275,4 +280,13 @@ class PickHostSystem(LeafSystem):
         for slot, each, part in zip(message_rows(vector, BELT_FIELDS), candidates, belt.parts):
             yaw_std = part.yaw_var**0.5
             slot[:] = [each.number, each.kind, each.x, each.y, part.z, each.yaw, each.v, each.std, yaw_std, each.clear]
+            slot[2:6] = self._frame.to_world(slot[None, 2:6])[0]
         return vector
+
+
+def _in_frame(point: PartPoint, frame: BeltFrame) -> PartPoint:
+    """Returns a part in the frame of the belt."""
+    if frame.angle == 0.0:
+        return point
+    ((x, y, z, yaw),) = frame.to_belt(np.array([[point.x, point.y, point.z, point.yaw]])).tolist()
+    return point._replace(x=x, y=y, z=z, yaw=yaw)

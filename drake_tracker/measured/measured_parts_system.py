@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows, message_size
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import VISION_PERIOD
@@ -46,6 +47,7 @@ class MeasuredPartsSystem(LeafSystem):
         belt_height: z_W of the belt's upper face [m].
         view: lowest and highest corner (x, y) in W of the visible part of the belt, shape (2, 2) [m].
         seed: of all random numbers.
+        frame: of the belt, in which the error is made, and in which ``belt_height`` and ``view`` are given.
         period: of a cycle [s].
     """
 
@@ -57,12 +59,13 @@ class MeasuredPartsSystem(LeafSystem):
         belt_height: float,
         view: np.ndarray,
         seed: int,
+        frame: BeltFrame = BeltFrame(),
         period: float = VISION_PERIOD,
     ) -> None:
         super().__init__()
         self._settings, self._kinds, self._height = settings, tuple(kinds), belt_height
         self._low, self._high = np.asarray(view, dtype=float)
-        self._seed, self._period = seed, period
+        self._seed, self._period, self._frame = seed, period, frame
         self._constant = np.random.default_rng([seed, STREAM]).standard_normal((len(self._kinds), 3))
         self._truth = self.DeclareVectorInputPort(PARTS_PORT, _STATE_SIZE * len(self._kinds))
         self.DeclareVectorOutputPort(
@@ -75,14 +78,26 @@ class MeasuredPartsSystem(LeafSystem):
         if cycle > 0:
             header = PartTracks(vector)
             header.stamp, header.valid = cycle * self._period, 1.0
-            states = self._truth.Eval(context).reshape(-1, _STATE_SIZE)
+            states = self._on_belt(self._truth.Eval(context).reshape(-1, _STATE_SIZE))
             seen = self._visible(states)
             slots = message_rows(vector, PART_FIELDS)
             seen = sorted(seen, key=lambda k: -states[k, 5])[: len(slots)]
             random = np.random.default_rng([self._seed, STREAM, cycle]).standard_normal((len(self._kinds), 3))
             for slot, k in zip(slots, seen):
                 slot[:] = self._row(k, states[k], random[k], header.stamp)
+                slot[2:6] = self._frame.to_world(slot[None, 2:6])[0]
         output.SetFromVector(vector)
+
+    def _on_belt(self, states: np.ndarray) -> np.ndarray:
+        """Returns the states with orientations and places in the frame of the belt."""
+        if self._frame.angle == 0.0:
+            return states
+        states = states.copy()
+        states[:, 4:7] = self._frame.to_belt(np.column_stack([states[:, 4:7], np.zeros(len(states))]))[:, :3]
+        c, s = np.cos(0.5 * self._frame.angle), -np.sin(0.5 * self._frame.angle)
+        w, x, y, z = states[:, :4].T.copy()
+        states[:, :4] = np.column_stack([c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y])
+        return states
 
     def _visible(self, states: np.ndarray) -> list[int]:
         """Returns the parts that lie on the belt, in view."""

@@ -33,7 +33,7 @@ from drake_tracker.tasks.conveyor.setup import CELL_YAW, ConveyorSetup
 from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
 from drake_tracker.world.base_world_diagram import WorldConfig
 from drake_tracker.world.conveyor.conveyor_config import cell_centres
-from drake_tracker.world.conveyor.conveyor_plant import TABLE_BELOW
+from drake_tracker.world.conveyor.conveyor_plant import table_below
 from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
 from drake_tracker.world.imaging.cameras import ImageWindow
 from drake_tracker.world.train.plant import table_box
@@ -162,6 +162,7 @@ def measured_vision(setup: ConveyorSetup) -> MeasuredVisionDiagram:
         [arrival.kind for arrival in setup.arrivals],
         belt_height=belt.height,
         view=setup.belt_between(belt.entry, belt.end),
+        frame=belt.frame,
         seed=setup.scenario.seed,
     )
     return MeasuredVisionDiagram([system], settings.lag_cycles)
@@ -185,6 +186,7 @@ def image_vision(setup: ConveyorSetup, windows: Mapping[str, ImageWindow], **mor
         belt=setup.seen_belt,
         belt_height=belt.height,
         reach=(belt.entry, belt.end),
+        frame=belt.frame,
         settings=settings.parts,
         arm=(ArmShape(setup.arm), len(setup.arm.q_start)),
         lag_cycles=settings.lag_cycles,
@@ -203,7 +205,7 @@ def check_view(setup: ConveyorSetup) -> None:
     first, last = scenario.belt.entry, scenario.window.y_last
     (x0, y0), (x1, y1) = setup.belt_between(first, last)
     corners = np.array([[x, y, scenario.belt.height] for x in (x0, x1) for y in (y0, y1)])
-    for side, camera in setup.cameras.items():
+    for side, camera in setup.belt_cameras.items():
         if not camera.sees(corners).all():
             raise DrakeTrackerError(
                 f"{scenario.where('cameras')}: the {side} camera does not see the whole belt from belt.entry, "
@@ -234,6 +236,7 @@ def conveyor_host(setup: ConveyorSetup) -> PickHostSystem:
         CARRYING,
         offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step),
         has_encoder=scenario.belt.encoder,
+        frame=scenario.belt.frame,
     )
     host.set_name("host")
     return host
@@ -272,7 +275,7 @@ def add_arm(setup: ConveyorSetup, builder: DiagramBuilder, decision: System | No
             setup.home,
             scenario.time_step,
             jaw_opening=scenario.pick.jaw_opening,
-            clearance=ArmClearance(setup.arm, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
+            clearance=ArmClearance(setup.arm, [table_box(height=scenario.belt.height - table_below(scenario.belt))]),
             swings=True,
         )
     )
@@ -297,8 +300,7 @@ def conveyor_guard(setup: ConveyorSetup) -> PacketGuard:
         setup: the resolved scenario.
     """
     belt, half = setup.scenario.belt, 0.5 * setup.scenario.belt.width + BESIDE_BELT
-    volume = [
-        [belt.middle - half, belt.entry, belt.height],
-        [belt.middle + half, belt.end, belt.height + BESIDE_BELT],
-    ]
-    return PacketGuard(setup.scenario.guard, np.array(volume), belt.height)
+    ends = belt.frame.to_world(np.array([[0.0, y, belt.height, 0.0] for y in (belt.entry, belt.end)]))
+    low, high = ends[:, 1:3].min(axis=0), ends[:, 1:3].max(axis=0)
+    volume = [[belt.middle - half, *low], [belt.middle + half, high[0], high[1] + BESIDE_BELT]]
+    return PacketGuard(setup.scenario.guard, np.array(volume), float(low[1]))

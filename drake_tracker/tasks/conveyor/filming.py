@@ -80,11 +80,12 @@ def conveyor_film(setup: ConveyorSetup, hand_eye: HandEyeDiagram) -> Film:
         hand_eye: the diagram of the run.
     """
     config, cameras, belt = setup.scenario.cameras, setup.cameras, setup.seen_belt
+    over_belt = setup.belt_cameras
     vision, height = setup.scenario.vision, setup.scenario.belt.height
     return Film(
         title=setup.scenario.name,
         subtitle=f"seed {setup.scenario.seed}, {setup.scenario.belt.speed:g} m/s",
-        polygons={side: belt_window(camera, belt, height).polygon for side, camera in cameras.items()},
+        polygons={side: belt_window(camera, belt, height).polygon for side, camera in over_belt.items()},
         image_size=(config.width, config.height),
         cameras=cameras,
         offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in cameras},

@@ -19,7 +19,7 @@ from drake_tracker.faults.kinds import make_faults
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
-from drake_tracker.vision.parts.part_vision_diagram import belt_window
+from drake_tracker.vision.parts.part_vision_diagram import belt_window, camera_over_belt
 from drake_tracker.world.conveyor.arrivals import Arrival, draw_arrivals
 from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor.conveyor_config import cell_centres
@@ -72,7 +72,7 @@ class ConveyorSetup:
     def home(self) -> np.ndarray:
         """The reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
         y, z = self.scenario.window.y_wait, self.scenario.belt.height + PART_HEIGHT
-        return np.array([self.scenario.belt.middle, y, z, CELL_YAW])
+        return self.scenario.belt.frame.to_world(np.array([[self.scenario.belt.middle, y, z, CELL_YAW]]))[0]
 
     @cached_property
     def q_initial(self) -> np.ndarray:
@@ -123,6 +123,11 @@ class ConveyorSetup:
         return calibrated_cameras(self.scenario)
 
     @property
+    def belt_cameras(self) -> dict[str, CameraModel]:
+        """{side: calibrated camera as seen from the frame of the belt}."""
+        return {side: camera_over_belt(camera, self.scenario.belt.frame) for side, camera in self.cameras.items()}
+
+    @property
     def seen_belt(self) -> np.ndarray:
         """The lowest and the highest corner (x, y) in W of the belt that the cameras look at, shape (2, 2) [m]."""
         return self.belt_between(self.scenario.belt.entry - BEFORE, self.scenario.belt.end)
@@ -146,7 +151,7 @@ class ConveyorSetup:
         belt, height = self.seen_belt, self.scenario.belt.height
         return {
             side: renderable_window(belt_window(camera, belt, height).bounds, config.width, config.height)
-            for side, camera in self.cameras.items()
+            for side, camera in self.belt_cameras.items()
         }
 
     @cached_property

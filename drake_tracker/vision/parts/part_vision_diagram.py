@@ -1,12 +1,14 @@
 """The vision of the conveyor on images, as a Diagram."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
@@ -52,6 +54,8 @@ class PartVisionDiagram(Diagram):
         belt: lowest and highest corner (x, y) in W of the piece of belt that is looked at, shape (2, 2) [m].
         belt_height: z_W of the belt's upper face [m].
         reach: smallest and largest y of the parts that are reported [m].
+        frame: of the belt, in which ``belt``, ``belt_height`` and ``reach`` are given. The parts are found in it, as by
+            cameras that are turned with it, and reported in W.
         settings: `BeltParts`.
         arm: shape and number of joints of the arm; None ignores nothing.
         lag_cycles: cycles from the capture of an image until its parts appear.
@@ -70,6 +74,7 @@ class PartVisionDiagram(Diagram):
         belt: np.ndarray,
         belt_height: float,
         reach: tuple[float, float],
+        frame: BeltFrame = BeltFrame(),
         settings: BeltParts = BeltParts(),
         arm: tuple[ArmShape, int] | None = None,
         lag_cycles: int = LAG_CYCLES,
@@ -82,19 +87,20 @@ class PartVisionDiagram(Diagram):
         delay = int(lag_cycles) - image_latency
         if delay < 0:
             raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        turned = {side: camera_over_belt(camera, frame) for side, camera in cameras.items()}
         belts = {
-            side: belt_window(camera, belt, belt_height).mask(image_windows[side]) for side, camera in cameras.items()
+            side: belt_window(camera, belt, belt_height).mask(image_windows[side]) for side, camera in turned.items()
         }
         windows = [image_windows[side] for side in SIDES]
         tracker = PartTracker(
-            [PartSilhouette(cameras[side], image_windows[side], belt_height) for side in SIDES],
-            PartSearch([cameras[side] for side in SIDES], windows, belt_height, belt),
+            [PartSilhouette(turned[side], image_windows[side], belt_height) for side in SIDES],
+            PartSearch([turned[side] for side in SIDES], windows, belt_height, belt),
             reach[1],
             settings,
         )
         surfaces = {
             side: BeltSurface(camera, image_windows[side], belts[side], belt_height, settings)
-            for side, camera in cameras.items()
+            for side, camera in turned.items()
         }
         builder = DiagramBuilder()
         system = builder.AddNamedSystem(
@@ -106,6 +112,7 @@ class PartVisionDiagram(Diagram):
                 belts=belts,
                 belt_height=belt_height,
                 reach=reach,
+                frame=frame,
                 period=period,
                 update_cycles=update_cycles,
                 image_latency=image_latency,
@@ -127,6 +134,11 @@ class PartVisionDiagram(Diagram):
             builder.Connect(port, line.get_input_port())
             builder.ExportOutput(line.get_output_port(), name)
         builder.BuildInto(self)
+
+
+def camera_over_belt(camera: CameraModel, frame: BeltFrame) -> CameraModel:
+    """Returns a camera as seen from the frame of a belt: it takes points in this frame for points in W."""
+    return camera if frame.angle == 0.0 else replace(camera, X_CW=camera.X_CW @ frame.X_WB)
 
 
 def belt_window(camera: CameraModel, belt: np.ndarray, belt_height: float) -> RegionOfInterest:

@@ -11,6 +11,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
+from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
@@ -101,6 +102,7 @@ class PartVisionSystem(LeafSystem):
         belts: Mapping[str, np.ndarray],
         belt_height: float,
         reach: tuple[float, float],
+        frame: BeltFrame = BeltFrame(),
         period: float = VISION_PERIOD,
         update_cycles: int = 1,
         image_latency: int = 0,
@@ -130,11 +132,13 @@ class PartVisionSystem(LeafSystem):
 
             self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
 
-        declare("parts", PartTracks, lambda tracks: pack_parts(tracks.stamp, self._reported(tracks), belt_height))
+        declare(
+            "parts", PartTracks, lambda tracks: pack_parts(tracks.stamp, self._reported(tracks), belt_height, frame)
+        )
         declare(
             "tracks",
             TrackPoints,
-            lambda tracks: pack_part_tracks(tracks.stamp, self._reported(tracks), belt_height, tracks.speed),
+            lambda tracks: pack_part_tracks(tracks.stamp, self._reported(tracks), belt_height, tracks.speed, frame),
         )
         for k, side in enumerate(SIDES):
             declare(f"regions_{side}", Regions, partial(self._regions, k))
@@ -201,13 +205,16 @@ def reported(state: PartTrackerState, first: float, last: float) -> list[PartTra
     return sorted(tracks, key=lambda track: -track.pose.y)
 
 
-def pack_parts(stamp: float, tracks: Sequence[PartTrack], belt_height: float) -> np.ndarray:
+def pack_parts(
+    stamp: float, tracks: Sequence[PartTrack], belt_height: float, frame: BeltFrame = BeltFrame()
+) -> np.ndarray:
     """Returns the `PartTracks` vector of parts; of the first parts, if there are more parts than slots.
 
     Args:
         stamp: of the images [s].
         tracks: the parts.
-        belt_height: z_W of the belt's upper face [m].
+        belt_height: z of the belt's upper face, in the frame of the belt [m].
+        frame: of the belt, in which the parts were found.
     """
     message = np.zeros(message_size(PartTracks))
     header = PartTracks(message)
@@ -215,21 +222,25 @@ def pack_parts(stamp: float, tracks: Sequence[PartTrack], belt_height: float) ->
     for row, track in zip(message_rows(message, PART_FIELDS), tracks[:PART_SLOTS]):
         pose, variances = track.pose, np.diag(track.fit.covariance)
         z = belt_height + 0.5 * PART_SHAPES[pose.kind].height
+        ((x, y, z, yaw),) = frame.to_world(np.array([[pose.x, pose.y, z, pose.yaw]]))
         row[:] = [
-            *(track.number, pose.kind, pose.x, pose.y, z, pose.yaw),
+            *(track.number, pose.kind, x, y, z, yaw),
             *(variances[1], variances[0], variances[2], track.seen),
         ]
     return message
 
 
-def pack_part_tracks(stamp: float, tracks: Sequence[PartTrack], belt_height: float, speed: float) -> np.ndarray:
+def pack_part_tracks(
+    stamp: float, tracks: Sequence[PartTrack], belt_height: float, speed: float, frame: BeltFrame = BeltFrame()
+) -> np.ndarray:
     """Returns the `TrackPoints` vector that shows parts in a video.
 
     Args:
         stamp: of the images [s].
         tracks: the parts.
-        belt_height: z_W of the belt's upper face [m].
+        belt_height: z of the belt's upper face, in the frame of the belt [m].
         speed: of the belt [m/s].
+        frame: of the belt, in which the parts were found.
     """
     message = np.zeros(message_size(TrackPoints))
     header = TrackPoints(message)
@@ -237,8 +248,10 @@ def pack_part_tracks(stamp: float, tracks: Sequence[PartTrack], belt_height: flo
     for row, track in zip(message_rows(message, TRACK_FIELDS), tracks):
         shape, pose = PART_SHAPES[track.pose.kind], track.pose
         state = TrackState.MOVING if track.seen >= stamp else TrackState.NOT_OBSERVED
+        place = np.array([[pose.x, pose.y, belt_height + 0.5 * shape.height, 0.0]])
+        ((x, y, z, _),) = frame.to_world(place).tolist()
         values = {
-            "number": track.number, "state": state, "x": pose.x, "y": pose.y, "z": belt_height + 0.5 * shape.height,
+            "number": track.number, "state": state, "x": x, "y": y, "z": z,
             "vy": speed, "seen": track.seen, "size": shape.length,
         }  # fmt: skip
         row[:] = [values.get(field, 0.0) for field in TRACK_FIELDS]

@@ -1,10 +1,12 @@
 """Settings of the simulated conveyor: the belt, the parts that it brings, and the trays."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.setting import setting
 
 BELT_MOTIONS = ("running", "stop_and_go", "two_speed")
@@ -37,9 +39,17 @@ class BeltConfig:
     middle: float = setting(0.60, "x of the middle of the belt", "m", (0.3, 1.0))
     width: float = setting(0.24, "width of the belt", "m", (0.1, 0.5))
     height: float = setting(0.45, "height of the upper face of the belt", "m", (0.3, 0.8))
+    incline_deg: float = setting(
+        0.0, "angle by which the belt rises along y; its height is that at y = 0", "deg", (0.0, 10.0)
+    )
     entry: float = setting(-0.45, "y at which a part arrives", "m", (-1.0, 0.0))
     end: float = setting(0.50, "y at which a part that is still on the belt is missed", "m", (0.0, 1.0))
     encoder: bool = setting(False, "whether an encoder measures the distance that the belt has travelled")
+
+    @property
+    def frame(self) -> BeltFrame:
+        """The frame in which the belt is level."""
+        return BeltFrame(math.radians(self.incline_deg), self.height)
 
 
 @dataclass(frozen=True)

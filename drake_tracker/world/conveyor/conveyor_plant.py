@@ -22,13 +22,15 @@ from drake_tracker.world.conveyor.conveyor_config import SIDES, BeltConfig, Tray
 from drake_tracker.world.conveyor.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.painted_mesh import memory_mesh
 from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
-from drake_tracker.world.train.plant import add_ground, add_plant, add_table
+from drake_tracker.world.train.plant import TABLE_TOP, add_ground, add_plant, add_table
 from drake_tracker.world.visual_mesh import add_visual_mesh, merge, obj_text, prism, rectangle
 
 SLAB_THICKNESS = 0.02
 """Thickness of the belt [m]."""
 TABLE_BELOW = 0.03
 """Distance of the table's top below the upper face of the belt, which is also the thickness of a tray's floor [m]."""
+TABLE_EDGE = TABLE_TOP[0][1], TABLE_TOP[1][1]
+"""Lowest and highest y of the table [m]."""
 BEYOND = 0.4
 """Length of the belt beyond its end and beyond the last part [m]."""
 _SLAB_MASS, _BANDWIDTH, _FORCE = 10.0, 200.0, 2000.0
@@ -59,6 +61,7 @@ class ConveyorLaboratory:
         belt_body: its one body.
         trays: model instance of both trays.
         parts: one free body for each arrival.
+        floor: z_W of the floor [m].
     """
 
     plant: MultibodyPlant
@@ -71,6 +74,7 @@ class ConveyorLaboratory:
     belt_body: RigidBody
     trays: ModelInstanceIndex
     parts: tuple[RigidBody, ...]
+    floor: float = 0.0
 
 
 def add_conveyor_laboratory(
@@ -109,10 +113,12 @@ def add_conveyor_laboratory(
     parts = add_arm(plant, description=description)
     couple_fingers(plant, parts.gripper, description, grip_force)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
-    table = add_table(plant, height=belt.height - TABLE_BELOW)
-    add_ground(plant, table=table, size=_FLOOR, material=CoulombFriction(FRICTION, FRICTION))
-    belt_body = add_belt(plant, belt=belt, travel=motion.distance(duration))
-    trays = add_trays(plant, tray=tray, height=belt.height)
+    table = add_table(plant, height=belt.height - table_below(belt))
+    travel = motion.distance(duration)
+    floor = floor_top(belt, travel)
+    add_ground(plant, table=table, size=_FLOOR, material=CoulombFriction(FRICTION, FRICTION), top=floor)
+    belt_body = add_belt(plant, belt=belt, travel=travel)
+    trays = add_trays(plant, tray=tray, height=belt.height, thickness=table_below(belt))
     part_bodies = tuple(
         add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}", lies=arrival.lies)
         for number, arrival in enumerate(arrivals, start=1)
@@ -135,6 +141,7 @@ def add_conveyor_laboratory(
         belt_body=belt_body,
         trays=trays,
         parts=part_bodies,
+        floor=floor,
     )
 
 
@@ -150,7 +157,20 @@ def start_pose(arrival: Arrival, belt: BeltConfig, motion: BeltMotion) -> RigidT
     R_WP, height = RotationMatrix.MakeZRotation(arrival.yaw), rest_height(arrival.kind)
     if arrival.lies:
         R_WP, height = R_WP @ LYING[arrival.kind], lying_height(arrival.kind)
-    return RigidTransform(R_WP, [arrival.x, y, belt.height + height])
+    X_WP = RigidTransform(R_WP, [arrival.x, y, belt.height + height])
+    return X_WP if belt.incline_deg == 0.0 else RigidTransform(belt.frame.X_WB) @ X_WP
+
+
+def floor_top(belt: BeltConfig, travel: float) -> float:
+    """Returns z_W of the floor [m]: an inclined belt comes from below, and the floor lies under the whole belt."""
+    lowest = belt.height + (belt.entry - travel - BEYOND) * math.sin(belt.frame.angle) - SLAB_THICKNESS
+    return min(0.0, lowest - TABLE_BELOW)
+
+
+def table_below(belt: BeltConfig) -> float:
+    """Returns the distance of the table's top below the face of the belt at y = 0 [m]: an inclined belt needs room."""
+    reach = max(-TABLE_EDGE[0], TABLE_EDGE[1])
+    return TABLE_BELOW + reach * math.sin(abs(belt.frame.angle))
 
 
 def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> RigidBody:
@@ -178,7 +198,7 @@ def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> Rigid
         name="belt",
         instance=instance,
         parent=plant.world_frame(),
-        X_PF=RigidTransform([belt.middle, 0.0, belt.height]),
+        X_PF=RigidTransform(belt.frame.X_WB) @ RigidTransform([belt.middle, 0.0, belt.height]),
         body=body,
         axis=(0.0, 1.0, 0.0),
         mass=_SLAB_MASS,
@@ -189,13 +209,16 @@ def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> Rigid
     return body
 
 
-def add_trays(plant: MultibodyPlant, *, tray: TrayConfig, height: float) -> ModelInstanceIndex:
+def add_trays(
+    plant: MultibodyPlant, *, tray: TrayConfig, height: float, thickness: float = TABLE_BELOW
+) -> ModelInstanceIndex:
     """Adds both trays, welded to the world, to a plant that is not yet finalized. Returns their model instance.
 
     Args:
         plant: registered with a SceneGraph.
         tray: their dimensions and places.
         height: of the floors of the cells in W [m].
+        thickness: of the floors, down to the table [m].
     """
     instance = plant.AddModelInstance("trays")
     friction = CoulombFriction(FRICTION, FRICTION)
@@ -203,11 +226,11 @@ def add_trays(plant: MultibodyPlant, *, tray: TrayConfig, height: float) -> Mode
     centres = cell_centres(tray).reshape(len(SIDES), -1, 2)
     for number, cells in enumerate(centres, start=1):
         name = f"tray_{number}"
-        body = plant.AddRigidBody(name, instance, SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.4, TABLE_BELOW))
+        body = plant.AddRigidBody(name, instance, SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.4, thickness))
         middle = 0.5 * (cells.min(axis=0) + cells.max(axis=0))
         plant.WeldFrames(plant.world_frame(), body.body_frame(), RigidTransform([*middle, height]))
         size = np.array([tray.columns, tray.rows]) * tray.pitch + wall
-        places, extents = [np.array([0.0, 0.0, -0.5 * TABLE_BELOW])], [np.array([*size, TABLE_BELOW])]
+        places, extents = [np.array([0.0, 0.0, -0.5 * thickness])], [np.array([*size, thickness])]
         for axis, count in enumerate((tray.columns, tray.rows)):
             for k in range(count + 1):
                 place, extent = np.array([0.0, 0.0, 0.5 * tray.wall_height]), np.array([*size, tray.wall_height])
@@ -223,7 +246,7 @@ def add_trays(plant: MultibodyPlant, *, tray: TrayConfig, height: float) -> Mode
             ]
         )
         for look, mesh, colour in (
-            ("floor", prism(rectangle((0.0, 0.0), *size), -TABLE_BELOW, 0.0), TRAY_COLOUR),
+            ("floor", prism(rectangle((0.0, 0.0), *size), -thickness, 0.0), TRAY_COLOUR),
             ("walls", walls, WALL_COLOUR),
         ):
             add_visual_mesh(plant, body=body, X_BG=RigidTransform(), mesh=mesh, name=look, colour=colour)

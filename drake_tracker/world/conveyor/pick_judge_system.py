@@ -136,7 +136,10 @@ class PickJudgeSystem(LeafSystem):
         square = states[:, :4] ** 2
         upright = (square[:, 0] + square[:, 3] - square[:, 1] - square[:, 2]) / square.sum(axis=1)
         tilt = np.arccos(np.clip(upright, -1.0, 1.0))
-        waiting = (fates == PartFate.UPSTREAM) & (states[:, 5] < self._belt.entry)
+        # On an inclined belt a part has arrived, and rises above its place, along the belt and its normal.
+        along = self._belt.frame.to_belt(np.column_stack([states[:, 4:7], np.zeros(len(states))]))
+        over_belt = np.abs(states[:, 4] - self._belt.middle) <= 0.5 * self._belt.width
+        waiting = (fates == PartFate.UPSTREAM) & (along[:, 1] < self._belt.entry)
         on_belt, *by_fingers = (
             {body for pair in touching if each in pair for body in pair} for each in (self._belt_body, *self._fingers)
         )
@@ -145,7 +148,7 @@ class PickJudgeSystem(LeafSystem):
             fingers = frozenset(number for number, bodies in enumerate(by_fingers) if part in bodies)
             if waiting[k] and not fingers:
                 continue
-            x, y, z = states[k, 4:7].tolist()
+            x, y, z = (along[k, :3] if over_belt[k] else states[k, 4:7]).tolist()
             views[k] = PartView(
                 x=x,
                 y=y,

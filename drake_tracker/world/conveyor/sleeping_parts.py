@@ -5,6 +5,7 @@ until the hand comes near. Their joints are locked in the parameters of a Contex
 `SleepingParts` therefore works between two steps of a simulation. All of its memory is in the Context.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -55,10 +56,11 @@ def free_stretch(
     y = np.arange(-_FARTHEST, _FARTHEST, _STEP)
     across = belt.middle + np.linspace(-0.5, 0.5, _ACROSS) * belt.width
     places = np.array([[x, 0.0, belt.height + z] for x in across for z in _HEIGHTS])
+    along = np.array([0.0, 1.0, math.tan(belt.frame.angle)])
     for name, camera in cameras.items():
         u0, v0, width, height = (0, 0, camera.width, camera.height) if windows is None else windows[name]
         for place in places:
-            u, v = camera.project(place + np.outer(y, [0.0, 1.0, 0.0])).T
+            u, v = camera.project(place + np.outer(y, along)).T
             seen = y[(u >= u0 - 1) & (u <= u0 + width) & (v >= v0 - 1) & (v <= v0 + height)]
             if len(seen):
                 first, last = min(first, seen[0] - MARGIN), max(last, seen[-1] + MARGIN)
@@ -103,7 +105,8 @@ class SleepingParts:
         self._box = self._start.copy()
         self._box[:, _X] = belt.middle + (columns - 0.5 * (BOX_COLUMNS - 1)) * BOX_PITCH
         self._box[:, _Y] = belt.end + BOX_FROM_END + rows * BOX_PITCH
-        self._box[:, _Z] += LIFT - belt.height
+        self._box[:, _Z] += LIFT + laboratory.floor - belt.height - np.tan(belt.frame.angle) * self._start[:, _Y]
+        self._along = np.array([math.cos(belt.frame.angle), math.sin(belt.frame.angle)])
 
     def update(self, context: Any, fates: np.ndarray) -> None:
         """Locks, moves and frees parts.
@@ -120,7 +123,7 @@ class SleepingParts:
 
         (travelled,), (speed,) = (get(context, self._belt) for get in (plant.GetPositions, plant.GetVelocities))
         places = self._start.copy()
-        places[:, _Y] += travelled
+        places[:, _Y : _Z + 1] += travelled * self._along
         near = self._near(context, poses[:, _X:])
         on_belt = locked | (np.abs(poses - places)[:, _X:] < ASTRAY).all(axis=1)
         riding = upstream & on_belt & (places[:, _Y] < self._first) & ~near
@@ -136,7 +139,7 @@ class SleepingParts:
             poses[riding, _Z] += LIFT
             poses[leaving] = self._box[leaving]
             velocities[due] = 0.0
-            velocities[due, _SPEED] = speed
+            velocities[due, _SPEED : _SPEED + 2] = speed * self._along
             q[self._q], v[self._v] = poses, velocities
             plant.SetPositions(context, q)
             plant.SetVelocities(context, v)

@@ -148,8 +148,9 @@ def add_ground(
     table: ModelInstanceIndex,
     size: Sequence[float],
     material: CoulombFriction | ProximityProperties,
+    top: float = 0.0,
 ) -> None:
-    """Adds the floor, whose upper face is z_W = 0, as a body that is welded to the world.
+    """Adds the floor as a body that is welded to the world.
 
     Drake 1.51 crashes if geometry of the world body touches a body while the joint of any body is locked (issue 24773).
 
@@ -158,10 +159,13 @@ def add_ground(
         table: model instance to which the body of the floor belongs.
         size: along x, y and z [m].
         material: friction, or all properties of contact.
+        top: z_W of its upper face [m].
     """
     floor = plant.AddRigidBody("floor", table, SpatialInertia.Zero())
     plant.WeldFrames(plant.world_frame(), floor.body_frame())
-    plant.RegisterCollisionGeometry(floor, RigidTransform([0.0, 0.0, -0.5 * size[2]]), Box(*size), "floor", material)
+    plant.RegisterCollisionGeometry(
+        floor, RigidTransform([0.0, 0.0, top - 0.5 * size[2]]), Box(*size), "floor", material
+    )
 
 
 def wheels(train: TrainConfig) -> tuple[float, float]:
