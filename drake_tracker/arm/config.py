@@ -28,9 +28,8 @@ class ServoConfig:
     )
     descent_tracking_index: ClassVar[float] = 0.15
     """The same as tracking_index, during a guided descent; chosen."""
-    descent_yaw_tracking_index: float = setting(
-        0.05, "the same as yaw_tracking_index, during a guided descent", "", (0.0001, 10.0)
-    )
+    descent_yaw_tracking_index: ClassVar[float] = 0.05
+    """The same as yaw_tracking_index, during a guided descent; chosen."""
     stale_after: ClassVar[float] = 0.2
     """Age of the newest packet from which the target is stale [s]; chosen."""
 

@@ -28,9 +28,8 @@ class ConveyorServoConfig(ServoConfig):
     """The fixed-gain filter of the trajectory generator. Parts on a belt keep their direction, so that it need not be
     followed more quickly during the descent."""
 
-    descent_yaw_tracking_index: float = setting(
-        0.003, "the same as yaw_tracking_index, during the descent to a part", "", (0.0001, 10.0)
-    )
+    descent_yaw_tracking_index: ClassVar[float] = 0.003
+    """The same as yaw_tracking_index, during the descent to a part; chosen."""
 
 
 @dataclass(frozen=True)
