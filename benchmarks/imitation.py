@@ -23,8 +23,6 @@ import numpy as np
 import pyarrow.parquet as pq
 from result_tables.imitation_tables import imitation_table
 from shared.common import print_table, save_json
-from sklearn.neural_network import MLPRegressor
-from sklearn.preprocessing import StandardScaler
 
 from drake_tracker.environments import make_policy, run_episode
 
@@ -131,6 +129,9 @@ def samples(folder):
 
 def train(inputs, targets):
     """Returns the trained network as a function of an input."""
+    from sklearn.neural_network import MLPRegressor  # only here, so that tests of the policy need no scikit-learn
+    from sklearn.preprocessing import StandardScaler
+
     rng, copies = np.random.default_rng(0), [inputs]
     for _ in range(2):
         copies.append(inputs.copy())
