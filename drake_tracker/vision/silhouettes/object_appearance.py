@@ -26,12 +26,14 @@ def learn_look(
     stereo = track.stereo
     weight = max(COLOUR_WEIGHT, 1.0 / (stereo + 1))
     (red, green, blue), height, merged = track.colour, track.height, track.merged
-    alone, guessed_until = track.alone, track.guessed_until
+    alone, guessed_until, heights = track.alone, track.guessed_until, track.heights
     if any(region is None or not region.whole for region in regions):
         merged = track.stamp
     elif regions[0] is not None:
         stereo, guessed_until = stereo + 1, -np.inf
         height += weight * (p_WQ[2] - height)
+        if track.height_known:
+            heights = min(heights[0], float(height)), max(heights[1], float(height))
         red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
     shape = track.shape.turned(track.mean[3:])
     # A silhouette that looks too large for one object may only lie in another direction.
@@ -61,6 +63,7 @@ def learn_look(
         track,
         shape=shape,
         height=float(height),
+        heights=heights,
         colour=(red, green, blue),
         stereo=stereo,
         merged=merged,

@@ -30,6 +30,9 @@ HEIGHT_KNOWN = 5
 """Measurements with both images from which the height of an object is known."""
 GUESS_TIME = 2.0
 """Time [s] after which even an object whose size or height is a guess gives points: the background is known then."""
+CLIMBS = 0.015
+"""Range of heights from which on an object is on a hill, beyond what the error of vision varies on a level path [m];
+chosen."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
 
@@ -78,6 +81,7 @@ class Track3D(FrozenState):
         misses: images without a measurement since the newest.
         shape: its size.
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
+        heights: lowest and highest value of ``height`` since it is known [m].
         colour: red, green, blue [grey levels].
         stereo: number of measurements in which both images showed it alone; they determine its height and colour.
         merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
@@ -100,6 +104,7 @@ class Track3D(FrozenState):
     shape: ObjectShape
     height: float
     colour: tuple[float, float, float]
+    heights: tuple[float, float] = (np.inf, -np.inf)
     stereo: int = 0
     merged: float = -np.inf
     alone: float = np.inf
@@ -117,6 +122,14 @@ class Track3D(FrozenState):
     def height_known(self) -> bool:
         """Whether its height is known well enough to locate it with one image, or with divided silhouettes."""
         return self.stereo >= HEIGHT_KNOWN
+
+    @property
+    def expected_height(self) -> float:
+        """Height with which it is located where one image or divided silhouettes do not suffice [m].
+
+        On a hill it is the predicted height, which changes with the climb.
+        """
+        return float(self.mean[2]) if self.heights[1] - self.heights[0] > CLIMBS else self.height
 
     @property
     def speed(self) -> float:
@@ -185,6 +198,7 @@ class Track3D(FrozenState):
             number=other.number,
             shape=other.shape,
             height=other.height,
+            heights=other.heights,
             colour=other.colour,
             hits=other.hits,
             stereo=other.stereo,

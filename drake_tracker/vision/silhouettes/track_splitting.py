@@ -69,7 +69,7 @@ class TrackSplitting:
                     if (common.extents <= GROWN * window.extents).all() or region.pixels < RIVAL * mine.pixels:
                         continue
                     known = track.shape.settled
-                    height = track.height if known else self._common_height(side, (mine, region), common)
+                    height = track.expected_height if known else self._common_height(side, (mine, region), common)
                     pair = [
                         self._on_height(track, self._geometry.cameras[side], each, height) for each in (mine, region)
                     ]
@@ -133,7 +133,7 @@ class TrackSplitting:
                 if not small.any() or not others:
                     continue
                 pair = [
-                    self._on_height(track, camera, each, track.height)
+                    self._on_height(track, camera, each, track.expected_height)
                     for each in (mine, max(others, key=lambda each: each.pixels))
                 ]
                 stereo = track.stereo

@@ -245,7 +245,7 @@ class Tracker:
             return None
         if left is None and right is None:
             return None
-        measurement = self._geometry.measure_at_height(track.position, track.height, regions, offsets)
+        measurement = self._geometry.measure_at_height(track.position, track.expected_height, regions, offsets)
         if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:
             return None
         return measurement
