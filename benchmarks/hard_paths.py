@@ -17,8 +17,8 @@ and up to 10 degrees of bank.
 Measured vision, whose error is the error of the camera loop. The published seeds are 73100 and above for bends, 73300
 and above for hills, and 73000 and above otherwise; no constant was chosen on them. The closed tracks were used in
 development, too, with the seeds 71001 to 71004 and 73000 to 73002: a seed draws only direction, start and errors. Walks
-of development have seeds 74100 to 74111, hills of development 74200 and above, and 73200 to 73202. Each run becomes a line of
-``results/hard_paths.jsonl`` as soon as it ends.
+of development have seeds 74100 to 74111, hills of development 74200 and above, and 73200 to 73202. Each run becomes a
+line of ``results/hard_paths.jsonl`` as soon as it ends.
 """
 
 import argparse

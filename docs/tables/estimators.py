@@ -1,5 +1,7 @@
 """Estimators in synthetic worlds (`results/estimation.json`, `results/estimation.jsonl`)."""
 
+from result_tables import space_filter_tables as space
+
 from tables.results import Row, block, commit_of, data, lines, listed, ranges, table
 
 _OURS = ("alpha_beta_gamma", "arc_length", "coordinated_turn", "closed_path")
@@ -20,6 +22,21 @@ _SHARP = {
 """{contestant: its name in the tables of the paths with sharp bends}."""
 _SHARP_PATHS = ("rectangle", "bean")
 _NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
+
+
+def space_moments() -> str:
+    return table(*space.moments_table(data("space_filter")))
+
+
+def space_paths() -> str:
+    return table(*space.paths_table(data("space_filter")))
+
+
+def space_estimators() -> str:
+    found = data("space_filter")
+    made_by = found["made_by"]
+    text = f"*Seeds {ranges(made_by['seeds'])}, commit `{commit_of(made_by)}`.*"
+    return block(table(*space.estimators_table(found)), text)
 
 
 def estimators_noise() -> str:

@@ -113,11 +113,6 @@ def train_cells_summary() -> str:
     return f"Without the cells of cast shadows, {_lifted(_main())}"
 
 
-def train_new_seeds() -> str:
-    rows = _runs("closed_path", 520, 523)
-    return block(f"On four more seeds of each cell, {_lifted(rows)}", origin(rows))
-
-
 def train_limits() -> str:
     body, used = [], []
     for scenario in RUNGS:

@@ -133,3 +133,12 @@ def test_the_numbers_of_the_states_are_those_of_the_messages():
         *("NONE", "MOVING", "STANDING", "OCCLUDED", "NOT_OBSERVED", "OUT_OF_VIEW", "MERGED"),
     ]
     assert [int(state) for state in TrackState] == list(range(7))
+
+
+def test_the_height_of_an_object_is_its_mean_on_a_level_path_and_the_predicted_one_on_a_hill():
+    track = replace(begun(), height=0.48, heights=(0.478, 0.484))
+    assert track.expected_height == 0.48
+    hill = replace(follow(lambda time: line(time) + [0.0, 0.0, 0.05 * time], 60), height=0.50, heights=(0.48, 0.52))
+    later = hill.predicted(hill.stamp + 0.2)
+    assert later.expected_height == later.position[2] == pytest.approx(0.48 + 0.05 * (59 * PERIOD + 0.2), abs=0.003)
+    assert begun().as_object_of(hill).expected_height == begun().position[2]
