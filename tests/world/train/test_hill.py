@@ -2,6 +2,7 @@
 
 import math
 
+import hard_paths
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -166,3 +167,13 @@ def test_a_file_may_give_heights_and_bank(tmp_path):
     np.savetxt(file, rows - [0.0, 0.0, 0.005], delimiter=",", header="x,y,z", comments="")
     with pytest.raises(DrakeTrackerError, match=r"track file .*hill.csv comes down to 5.0 mm above the table at \(0.7"):
         make_track("csv", csv=str(file))
+
+
+@pytest.mark.parametrize("seed", range(74200, 74240))
+def test_hills_of_the_benchmark_can_be_run(seed):
+    heights, bank = hard_paths.draw_hill(seed)
+    track = make_track("oval").raised(heights, math.radians(bank))
+    height, slope, _ = track.profile(np.linspace(0.0, track.length, 400))
+    assert height.min() >= 0.01 and np.ptp(height) <= 0.081
+    assert np.degrees(np.arctan(np.abs(slope).max())) < 15.0 and 0.0 <= bank <= 10.0
+    assert np.ptp(height) > 0.03
