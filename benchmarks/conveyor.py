@@ -8,11 +8,12 @@
 - capacity: parts are always waiting (48 arrive per minute). How many does the arm pick per minute?
 - load: parts arrive at 80 % of the capacity, evenly, as from a feeder, or independently of each other. How many are
   missed, dropped, misplaced, picked in pairs, and how well do they lie in their cells? With measured vision, with
-  cameras, with an encoder, with a second arm, and on a belt that rises.
+  cameras, with an encoder, and with a second arm.
 - saturated: parts arrive singly and in bunches, more than the arm can pick. What share of the bound does each
   dispatcher reach, and how much more does it pick than first in first out?
 - map: speeds of the belt and rates of arrival, with and without encoder.
 - stop: the belt stops and goes, or has two speeds.
+- incline: a belt that rises beside a level one, with the same parts.
 - speed: how fast is the whole loop with cameras and about six parts in view? Only with `--part speed`, on a quiet
   machine.
 
@@ -68,8 +69,6 @@ LOADED = {
     "even with cameras": settings(0.15, LOAD, EVEN, CAMERAS),
     "even with encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
     "even with UR5e": settings(0.15, LOAD, EVEN, scenario=UR5E),
-    "even on a belt that rises by 10 deg": settings(0.15, LOAD, EVEN, "belt.incline_deg=10"),
-    "even on a belt that rises with cameras": settings(0.15, LOAD, EVEN, CAMERAS, "belt.incline_deg=10"),
     "independent": settings(0.15, LOAD),
     "independent with cameras": settings(0.15, LOAD, CAMERAS),
 }
@@ -101,6 +100,10 @@ STOP = {
     for motion in ("stop_and_go", "two_speed")
     for name, others in {"": [], "encoder": ["belt.encoder=true"], "cameras": [CAMERAS]}.items()
 }
+INCLINE = {
+    "level belt": settings(0.15, LOAD, EVEN),
+    "belt rises by 10 deg": settings(0.15, LOAD, EVEN, "belt.incline_deg=10"),
+}
 SLOW, FAST = ["belt.speed=0.05", "arrivals.rate=32"], ["belt.speed=0.1", "arrivals.rate=47"]
 """Settings with which about six parts are in view on average."""
 SPEED = {
@@ -111,7 +114,7 @@ SPEED = {
     "0.05 m/s, measured vision": ("conveyor:measured", [*SLOW, "window.y_wait=-0.10"]),
 }
 """The loops whose speeds are compared."""
-CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP}
+CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP, **INCLINE}
 KEPT = (
     "success", "could_be_picked", "placed_of_these", "arrived", "picked", "placed", "missed", "dropped", "doubles",
     "misplaced", "picks_per_minute", "share_of_clairvoyant", "placement_rms_m", "placement_turn_rms_rad",
@@ -220,6 +223,7 @@ PARTS = {
     "saturated": part(SATURATED, 10, 5200, "saturated"),
     "map": part(MAP, 3, 5300, "map"),
     "stop": part(STOP, 10, 5400, "stop", cameras=5),
+    "incline": part(INCLINE, 20, 5440, "incline"),
     "speed": Timed(speed, 5490, TABLES["speed"]),
 }
 

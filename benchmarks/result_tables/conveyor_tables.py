@@ -127,6 +127,7 @@ TABLES = {
     "saturated": saturated_table,
     "map": map_table,
     "stop": load_table,
+    "incline": load_table,
     "speed": speed_table,
 }
 """{part: its table}."""
