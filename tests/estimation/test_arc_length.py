@@ -263,3 +263,30 @@ def test_in_space_standing_objects_gaps_and_tight_turns_do_no_harm():
     np.testing.assert_allclose(
         estimator.predict(state, [state.stamp + 0.5])[0, :3], helix(state.stamp + 0.5), atol=3e-3
     )
+
+
+NO_PATHS = {
+    "one place": lambda rng, t: np.tile([0.5, 0.1, 0.5], (len(t), 1)),
+    "two places in turn": lambda rng, t: np.where(np.arange(len(t))[:, None] % 2, [0.5, 0.1, 0.5], [0.4, 0.2, 0.6]),
+    "to and fro": lambda rng, t: np.outer(0.1 * np.abs((t % 0.4) - 0.2), [1.0, 0.5, 0.2]) + [0.5, 0.0, 0.5],
+    "anywhere": lambda rng, t: rng.uniform(-1.0, 1.0, (len(t), 3)),
+    "leaps": lambda rng, t: circle(t) + 0.2 * np.repeat(rng.integers(0, 2, (len(t) // 8, 3)), 8, axis=0),
+    "a spinning top": lambda rng, t: circle(t, 0.5, 0.002),
+    "far away": lambda rng, t: 1e3 * circle(t),
+    "a line": lambda rng, t: np.outer(t, [0.1, 0.0, 0.05]),
+}
+
+
+@pytest.mark.parametrize("mode", ["baseline", "space"])
+@pytest.mark.parametrize("name", NO_PATHS)
+def test_points_without_a_path_give_finite_predictions(name, mode):
+    """In a run, points that leapt between train and hand once left no axis, and the fit in space a singular matrix."""
+    times = PERIOD * np.arange(200)
+    for sigma in (0.0, 1e-3):
+        rng = np.random.default_rng(2)
+        points = NO_PATHS[name](rng, times)
+        estimator = make_estimator("arc_length", mode=mode)
+        state = estimator.initial_state()
+        for t, p in zip(times, points + sigma * rng.normal(size=points.shape), strict=True):
+            state = estimator.update(state, t, p)
+            assert np.isfinite(estimator.predict(state, [t, t + 0.75])).all()

@@ -30,6 +30,11 @@ def _rotation(q: np.ndarray) -> np.ndarray:
     return q * (2.0 * math.atan(0.5 * size) / size if size > 1e-12 else 1.0)
 
 
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Returns the solution of a symmetric system, zero in directions that points without a path leave open."""
+    return np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ right
+
+
 def _tangent(middle: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Returns the direction of the path, shape (3,), where the middle m of two chords lies."""
     angle = math.sqrt(float(turn @ turn))
@@ -65,7 +70,7 @@ def fit_torsion(points: np.ndarray, m: int, weights: np.ndarray, variance: float
     noise = variance * float(np.sum(on_points**2))
     observed = max(float(axis @ matrix @ axis), 1e-6 * length**2)
     ridge = noise / (observed * (PRIOR_TORSION * length) ** 2) + 1e-9 * length**2
-    turn = _rotation(np.linalg.solve(matrix + ridge * np.outer(axis, axis), cross))
+    turn = _rotation(_solved(matrix + ridge * np.outer(axis, axis), cross))
     now = unsmoothed(mean, turn, weights, (np.arange(count) - 0.5 * (count - 1)) / m)
     return float(turn @ _tangent(now, turn))
 
@@ -100,7 +105,7 @@ def fit_turn(chords: np.ndarray, m: int, weights: np.ndarray, variance: float, t
         along = torsion * _tan_factor(float(np.linalg.norm(turn))) * axis
         bending = float(np.linalg.norm(turn - axis * float(axis @ turn)))
         right = across @ (_tan_factor(bending) * smallest - matrix @ along)
-        turn = _rotation(across @ np.linalg.solve(across @ matrix @ across + np.outer(axis, axis), right) + along)
+        turn = _rotation(across @ _solved(across @ matrix @ across + np.outer(axis, axis), right) + along)
     return turn
 
 

@@ -30,7 +30,7 @@ DRIFT_SPEED_NOISE = 0.03
 MAX_SPEED_NOISE = 0.2
 """Largest process noise of the speed, enough for a stop within half a second [m/s/sqrt(s)]."""
 
-CHANCE_CLIMB = 25.0
+CHANCE_CLIMB = 100.0
 """The same as `CHANCE_DRIFT` for the height, whose noise is correlated; beyond it the object is on a hill; chosen."""
 DRIFT_CLIMB_NOISE, MAX_CLIMB_NOISE = 0.01, 0.15
 """Process noise of the climb for each standard deviation of drift beyond that, and its limit [m/s/sqrt(s)]; chosen."""
