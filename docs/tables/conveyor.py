@@ -26,6 +26,10 @@ def conveyor_stop() -> str:
     return part("conveyor", benchmark.TABLES, "stop")
 
 
+def conveyor_incline() -> str:
+    return part("conveyor", benchmark.TABLES, "incline")
+
+
 def conveyor_speed() -> str:
     return part("conveyor", benchmark.TABLES, "speed")
 
