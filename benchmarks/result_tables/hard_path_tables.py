@@ -42,7 +42,7 @@ SURE = 0.9
 def launches_table(rows):
     """Returns (header, rows) of what became of guided launches, by their computed probability of success."""
     lines = []
-    guided = [row for row in rows if row.get("launch_probabilities") is not None and "learned" not in row["scenario"]]
+    guided = [row for row in rows if row.get("launch_probabilities") is not None and "guided" in row["scenario"]]
     for name in dict.fromkeys(_walker(row) for row in sorted(guided, key=_rank)):
         runs = [row for row in guided if _walker(row) == name]
         ends = [

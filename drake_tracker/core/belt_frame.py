@@ -31,20 +31,20 @@ class BeltFrame(NamedTuple):
 
     def to_world(self, rows: np.ndarray) -> np.ndarray:
         """Returns poses in W, rows x, y, z [m] and yaw [rad], shape (n, 4), of rows in this frame."""
-        return self._turned(rows, self.angle)
+        return self._turned(rows, self.angle, math.cos(self.angle))
 
     def to_belt(self, rows: np.ndarray) -> np.ndarray:
         """Returns poses in this frame of rows in W, as `to_world`."""
-        return self._turned(rows, -self.angle)
+        return self._turned(rows, -self.angle, 1.0 / math.cos(self.angle))
 
-    def _turned(self, rows: np.ndarray, angle: float) -> np.ndarray:
+    def _turned(self, rows: np.ndarray, angle: float, stretch: float) -> np.ndarray:
+        """Returns rows turned by an angle [rad], with the part along y of directions stretched as seen from above."""
         if angle == 0.0:
             return rows
         c, s = math.cos(angle), math.sin(angle)
         rows = np.array(rows, dtype=float)
         y, above, yaw = rows[:, 1].copy(), rows[:, 2] - self.height, rows[:, 3]
         rows[:, 1], rows[:, 2] = c * y - s * above, self.height + s * y + c * above
-        # The direction of a part in the plane of the belt, seen from above; the nearest multiple of a turn.
-        seen = np.arctan2(np.sin(yaw) * (c if angle == self.angle else 1.0 / c), np.cos(yaw))
+        seen = np.arctan2(np.sin(yaw) * stretch, np.cos(yaw))
         rows[:, 3] = yaw + np.arctan2(np.sin(seen - yaw), np.cos(seen - yaw))
         return rows

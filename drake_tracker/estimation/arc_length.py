@@ -263,8 +263,9 @@ class ArcLengthEstimator:
         mean = weights @ chords[: order + 1]
         if not s_0 > 0.0 or np.linalg.norm(mean) < self.settings.min_speed * m * self.period:
             weights = self._weights[min(self.settings.anchor_order, len(xyz) - 1)]
-            helix = self._resting(weights @ xyz[: len(weights)], stamp, state.arc.heading)
-            return helix._replace(baseline=m), *self._smoothed(state, 0.0, estimate)  # type: ignore[return-value]
+            anchor = read_only(weights @ xyz[: len(weights)])
+            helix = AT_REST._replace(anchor=anchor, time=stamp, heading=state.arc.heading, baseline=m)
+            return helix, *self._smoothed(state, 0.0, estimate)
 
         # Both ends of a chord are noisy, so that its variance is twice that of a point.
         variance = 0.5 * estimate.sigma**2 if estimate.has_root else state.sigma**2

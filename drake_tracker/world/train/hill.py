@@ -23,9 +23,9 @@ from drake_tracker.world.train.rail import (
     YAW_STIFFNESS,
     Held,
     Load,
-    _clip,
-    _fade,
+    clipped,
     driven_speed,
+    faded,
     held_on_rail,
 )
 from drake_tracker.world.train.tracks import Track
@@ -100,8 +100,8 @@ def held_on_hill(
     frame = track_frame(tangent_x, tangent_y, slope, lean)
     table = height - TRAIN_HEIGHT
     offset = frame @ [-lateral * tangent_y, lateral * tangent_x, z_W - table - above]
-    grip = _fade(float(offset[2]), LIFT_RANGE) * _fade(float(axes[2] @ frame[2]), TILT_RANGE)
-    grip *= _fade(abs(float(offset[1])), REACH_RANGE)
+    grip = faded(float(offset[2]), LIFT_RANGE) * faded(float(axes[2] @ frame[2]), TILT_RANGE)
+    grip *= faded(abs(float(offset[1])), REACH_RANGE)
     return HeldInSpace(grip, s, frame, offset, axes, curvature) if grip > 0.0 else None
 
 
@@ -140,9 +140,9 @@ def hill_force(
     weight = MASS * GRAVITY * held.frame[:, 2]
     most = FRICTION * weight[2]
     drive = DRIVE_GAIN * (driven_speed(track, held.place, target_speed, load) - float(velocity[0]))
-    drive = _clip(drive + float(weight[0]), most)
+    drive = clipped(drive + float(weight[0]), most)
     side = -LATERAL_STIFFNESS * float(held.offset[1]) - LATERAL_DAMPING * float(velocity[1])
-    side = _clip(side + float(weight[1]), LATERAL_LIMIT)
+    side = clipped(side + float(weight[1]), LATERAL_LIMIT)
     carry = float(weight[2]) - NORMAL_STIFFNESS * float(held.offset[2]) - NORMAL_DAMPING * float(velocity[2])
     push = np.array([drive, side, max(carry, 0.0)]) @ held.frame
 
@@ -150,7 +150,7 @@ def hill_force(
     goal = goal - normal * float(goal @ normal)
     error = math.atan2(float(normal @ np.cross(held.axes[0], goal)), float(held.axes[0] @ goal))
     rate = held.turning * float(velocity[0]) if turns else 0.0
-    spin = _clip(YAW_STIFFNESS * error + YAW_DAMPING * (rate - float(turning @ normal)), YAW_LIMIT)
+    spin = clipped(YAW_STIFFNESS * error + YAW_DAMPING * (rate - float(turning @ normal)), YAW_LIMIT)
     tilting = turning - normal * float(turning @ normal)
     upright = YAW_STIFFNESS * np.cross(held.axes[2], normal) - YAW_DAMPING * tilting
     upright = upright * min(1.0, TILT_LIMIT / max(float(np.linalg.norm(upright)), 1e-12))

@@ -112,11 +112,11 @@ def rail_force(
     target_speed = driven_speed(track, s, target_speed, load)
     speed = vx * tangent_x + vy * tangent_y
     drift = vy * tangent_x - vx * tangent_y
-    side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
-    drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
+    side = clipped(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
+    drive = clipped(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
     goal_x, goal_y, goal_rate = (tangent_x, tangent_y, curvature * speed) if turns else (1.0, 0.0, 0.0)
     yaw_error = math.atan2(heading_x * goal_y - heading_y * goal_x, heading_x * goal_x + heading_y * goal_y)
-    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (goal_rate - wz), YAW_LIMIT)
+    torque = clipped(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (goal_rate - wz), YAW_LIMIT)
     push = grip * load.mass
     return (
         push * (drive * tangent_x - side * tangent_y),
@@ -142,7 +142,7 @@ def held_on_rail(
     qw, qx, qy, qz, x, y, z = state[:7]
     # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
     spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
-    grip = _fade(z - height, LIFT_RANGE) * _fade((spin - tilt) / (spin + tilt), TILT_RANGE)
+    grip = faded(z - height, LIFT_RANGE) * faded((spin - tilt) / (spin + tilt), TILT_RANGE)
     if grip == 0.0:
         return None
     heading_x = qw * qw + qx * qx - qy * qy - qz * qz
@@ -151,14 +151,16 @@ def held_on_rail(
     heading_x, heading_y = heading_x / norm, heading_y / norm
     # Without a heading, only the distance and the last place tell one branch of the track from another.
     located = track.locate(x, y, heading_x, heading_y, near) if turns else track.locate(x, y, 0.0, 0.0, near)
-    grip *= _fade(abs(located[1]), REACH_RANGE)
+    grip *= faded(abs(located[1]), REACH_RANGE)
     return Held(grip, heading_x, heading_y, located) if grip > 0.0 else None
 
 
-def _fade(value: float, value_range: tuple[float, float]) -> float:
+def faded(value: float, value_range: tuple[float, float]) -> float:
+    """Returns 1 up to the first value of a range, 0 from the second on, and a share between them."""
     full, none = value_range
     return min(max((none - value) / (none - full), 0.0), 1.0)
 
 
-def _clip(value: float, limit: float) -> float:
+def clipped(value: float, limit: float) -> float:
+    """Returns a value within -limit and limit."""
     return min(max(value, -limit), limit)

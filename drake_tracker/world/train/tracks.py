@@ -22,6 +22,7 @@ NODES_PER_RADIUS = 3  # a bend of fewer nodes per radius is not resolved: 30 mm 
 CHORD_ERROR = 0.01  # share of the radius by which nodes this far apart show a bend too tight
 FILE_ERROR = 0.09  # the same for points of a file: every 5 mm, or rounded to 10 um, they show a 10 mm corner as 9.13 mm
 STEEPEST_DEG = 15.0  # [deg] the friction of the wheels (`hill.FRICTION`) holds a train up to 19 deg
+LARGEST_LEAN_DEG = 20.0  # [deg] a train that leans more tips over; the limit of `TrackConfig.bank_deg`
 CLEARANCE = 0.01  # [m] below this height above the table a train that leans or pitches touches the table
 MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside this range the unit of the file is not the metre
 
@@ -338,9 +339,16 @@ def make_track(
 
 
 def _check_profile(track: Track, name: str = "the track") -> None:
-    """Raises DrakeTrackerError, naming the place, when a track is too steep or too low."""
+    """Raises DrakeTrackerError, naming the place, when a track is too steep, leans too far or is too low."""
     s = np.arange(len(track.points)) * (track.length / (len(track.points) - (not track.closed)))
-    height, slope, _ = track.profile(s)
+    height, slope, lean = track.profile(s)
+    far = int(np.abs(lean).argmax())
+    if abs(lean[far]) > math.radians(LARGEST_LEAN_DEG):
+        x, y = track.points[far]
+        raise DrakeTrackerError(
+            f"{name} leans by {math.degrees(abs(lean[far])):.1f} deg at ({x:.3f}, {y:.3f}) m; "
+            f"{LARGEST_LEAN_DEG:g} deg at most are allowed"
+        )
     low, steep = int(height.argmin()), int(np.abs(slope).argmax())
     x, y = track.points[low]
     if height[low] < CLEARANCE - 1e-6:

@@ -162,6 +162,9 @@ def test_a_file_may_give_heights_and_bank(tmp_path):
     places = [track.locate(x, y, 0.0, 0.0)[0] for x, y, _ in rows]
     np.testing.assert_allclose(track.profile(np.array(places))[0], rows[:, 2], atol=2e-4)
     np.testing.assert_allclose(track.profile(np.array(places))[2], np.radians(4.0), atol=1e-9)
+    np.savetxt(file, np.column_stack([rows, np.full(60, -60.0)]), delimiter=",", header="x,y,z,bank", comments="")
+    with pytest.raises(DrakeTrackerError, match=r"track file .*hill.csv leans by 60.0 deg at \(0"):
+        make_track("csv", csv=str(file))
     np.savetxt(file, rows, delimiter=",", header="x,y,z", comments="")
     assert not make_track("csv", csv=str(file)).profile(0.3)[2]
     np.savetxt(file, rows - [0.0, 0.0, 0.005], delimiter=",", header="x,y,z", comments="")
