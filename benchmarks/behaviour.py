@@ -80,6 +80,7 @@ PLANS = {
     "train:two": Plan(0, 4.0),
     "train:visitor": Plan(0, 4.0),
     "train:wrist": Plan(0, 3.3),
+    "train:space": Plan(1, 12.0),
     "train:hill": Plan(1, 12.0),
     "train:hill_guided": Plan(1, 5.0),
     "ball": Plan(4, 2.6, until=2.5),

@@ -63,7 +63,7 @@ def play(machine, packets, duration):
     for k in range(round(duration / PERIOD)):
         time, packet = k * PERIOD, packets(k * PERIOD)
         target = ServoTarget(np.append(np.zeros(13), Prediction(packet).valid))
-        status = ToolStatus(np.array([hand.motion, hand.fraction, 0.0, *hand.tool, hand.branch]))
+        status = ToolStatus(np.array([hand.motion, hand.fraction, 0.0, *hand.tool[:4], hand.branch]))
         state = machine.update(state, CatchObservation(time, target, packet, status, NOBODY))
         goal = ServoTarget(machine.goal_target(state))
         hand = motion.update(hand, time, ArmCommand(machine.command(state)), goal, 0.0)

@@ -16,6 +16,7 @@ from drake_tracker.arm.motion.set_point_spline_system import add_set_point_splin
 from drake_tracker.arm.motion.tool_controller import add_tool_controller
 from drake_tracker.arm.motion.tool_motion import ToolMotion
 from drake_tracker.arm.motion.tool_yaw import flip_speed
+from drake_tracker.arm.motion.transform_equation import LEVEL, Slope
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.messages import ArmCommand, message_size
@@ -94,6 +95,7 @@ class ArmDiagram(Diagram):
         edge: corrects the target by the cameras' measurements of the hand; None: nothing does.
         swings: whether the hand goes far about the base, see `ToolMotion`.
         object_yaw: direction in W of an object that does not turn with its path [rad]; None: it points along its path.
+        slope: of the surface on which objects move, see `ToolMotion`.
 
     Attributes:
         model: as given.
@@ -115,6 +117,7 @@ class ArmDiagram(Diagram):
         edge: HandEyeCorrection | None = None,
         swings: bool = False,
         object_yaw: float | None = None,
+        slope: Slope | None = LEVEL,
     ) -> None:
         super().__init__()
         self.set_name("arm")
@@ -147,6 +150,7 @@ class ArmDiagram(Diagram):
                 moving=not own_goal,
                 swings=swings,
                 flip_speed=flip_speed(float(model.velocity_limit[-1])),
+                slope=slope,
             ),
             model=model,
             q_initial=q_initial,

@@ -10,7 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
 
 from drake_tracker.arm.description import ArmDescription
-from drake_tracker.arm.motion.transform_equation import tool_down_rotation
+from drake_tracker.arm.motion.transform_equation import LEVEL, Slope, tool_down_rotation
 from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm, is_packaged
 
 
@@ -155,9 +155,15 @@ def _held_plant(description: ArmDescription) -> tuple[MultibodyPlant, ArmParts]:
     return plant, parts
 
 
-def tool_down(p_WT: Sequence[float] | np.ndarray, yaw: float) -> RigidTransform:
-    """Returns X_WT of a tool at p_WT [m] that points down, with x_T turned by ``yaw`` [rad] from x_W about z_W."""
-    return RigidTransform(RotationMatrix(tool_down_rotation(yaw)), p_WT)
+def tool_down(p_WT: Sequence[float] | np.ndarray, yaw: float, slope: Slope = LEVEL) -> RigidTransform:
+    """Returns X_WT of a tool at p_WT [m] that points down onto a surface; yaw and slope as in `tool_down_rotation`."""
+    return RigidTransform(RotationMatrix(tool_down_rotation(yaw, slope)), p_WT)
+
+
+def tool_slope(X_WT: RigidTransform) -> np.ndarray:
+    """Returns the slope of the surface to which a tool that points down is square, shape (2,)."""
+    z_T = X_WT.rotation().matrix()[:, 2]
+    return z_T[:2] / -z_T[2]
 
 
 def tool_yaw(X_WT: RigidTransform) -> float:

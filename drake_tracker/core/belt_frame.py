@@ -21,6 +21,11 @@ class BeltFrame(NamedTuple):
     height: float = 0.0
 
     @property
+    def slope(self) -> tuple[float, float]:
+        """Height that the belt gains along x_W and along y_W, per metre."""
+        return (0.0, math.tan(self.angle))
+
+    @property
     def X_WB(self) -> np.ndarray:
         """(4, 4) homogeneous matrix that takes points of this frame to W [m]."""
         c, s = math.cos(self.angle), math.sin(self.angle)

@@ -21,7 +21,8 @@ class ArcLength:
     heading_order: int = setting(20, "order of the moving average for the direction of its chord", "", (2, 600))
     bending_order: int = setting(40, "order of the moving average of the bending phi", "", (2, 600))
     baseline: int = setting(0, "length m of a chord; 0: chosen from the noise and the speed", "frames", (0, 60))
-    baseline_factor: float = setting(8.0, "length of the chosen chord divided by its noise", "", (1.0, 100.0))
+    baseline_factor: ClassVar[float] = 8.0
+    """Length of the chosen chord divided by its noise; chosen."""
     start_sigma: float = setting(0.002, "initial noise of a point, per axis", "m", (0.00001, 0.1))
     systematic_std: float = setting(
         0.005, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)

@@ -8,7 +8,7 @@ from drake_tracker.estimation.config import CoordinatedTurn
 
 NOT_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)
 PARAMETERS = {
-    "arc_length": ("period", "start_sigma", "systematic_std", "min_speed", "restart_after", "baseline_factor", "order"),
+    "arc_length": ("period", "start_sigma", "systematic_std", "min_speed", "restart_after", "order"),
     "alpha_beta_gamma": ("tracking_index", "period", "systematic_std", "restart_after"),
     "coordinated_turn": ("systematic_std", "restart_after"),
     "closed_path": ("systematic_std",),
@@ -43,6 +43,6 @@ def test_an_unusable_parameter_is_reported_in_one_line(kind, parameters, said):
 
 
 def test_a_constructor_accepts_wider_ranges_than_a_scenario_file():
-    make_estimator("arc_length", baseline=90, baseline_factor=0.5)
+    make_estimator("arc_length", baseline=90)
     for kind in ("alpha_beta_gamma", "coordinated_turn"):
         make_estimator(kind, ready_after=0.0)

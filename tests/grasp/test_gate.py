@@ -7,7 +7,7 @@ from variants import variant
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters
-from drake_tracker.arm.motion.transform_equation import share_done
+from drake_tracker.arm.motion.transform_equation import share_done, surface_normal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
@@ -293,6 +293,16 @@ def test_an_object_stands_when_its_whole_predicted_path_stays_in_place():
 
 def test_the_arm_can_follow_the_default_descent(arm_model, hovering):
     assert follow(arm_model, hovering)
+
+
+def test_a_hand_that_follows_the_tilt_keeps_its_slope_in_rehearsal(arm_model, hovering):
+    _, start = hovering
+    slope = np.array([0.0, 0.15])
+    x, y, z, yaw = circle(start)
+    p_WT = (x, y, z) + PARAMETERS.hover_height * surface_normal(slope)
+    q = joints_for(arm_model, PUMA560.q_start, tool_down(p_WT, yaw + np.pi, slope))
+    assert follow(arm_model, (q, start), follow_tilt=True)
+    assert not follow(arm_model, (q, start)), "a vertical hand would first have to jump upright"
 
 
 def test_it_can_neither_descend_too_fast_nor_follow_a_fast_or_distant_object(arm_model, hovering):

@@ -94,13 +94,13 @@ class TransformEquationSystem(LeafSystem):
 
     def _calc_pose(self, context: Context, output: Any) -> None:
         tool = self._value(context).tool
-        output.set_value(tool_down(tool[:3], tool[3]))
+        output.set_value(tool_down(tool[:3], tool[3], tool[4:]))
 
     def _calc_status(self, context: Context, output: Any) -> None:
         state = self._value(context)
         flipping = self._motion.flipping(state, context.get_time())
         output.SetFromVector(
-            np.concatenate([[state.motion, state.fraction, float(flipping)], state.tool, [state.branch]])
+            np.concatenate([[state.motion, state.fraction, float(flipping)], state.tool[:4], [state.branch]])
         )
 
     def _value(self, context: Context) -> ToolMotionState:

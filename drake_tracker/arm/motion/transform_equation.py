@@ -11,7 +11,9 @@ shrinks to the identity while Obj keeps moving, and the equation is solved for B
 from which inverse kinematics computes the joints: the hand moves straight to G *as seen from the object*.
 """
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,12 @@ PEAK_OVER_MEAN = 1.0 / (1.0 - RAMP)
 """Ratio of the largest to the mean speed of a motion."""
 START_BEND = 3.95
 """Largest deceleration of the part of a motion that removes an initial speed, in units of that speed over its time."""
+SLOWEST = 0.03
+"""Horizontal speed [m/s] below which a velocity does not tell the slope of a path."""
+STEEPEST = math.tan(math.radians(20.0))
+"""Largest slope that the tool follows; tracks and belts are not as steep."""
+LEVEL = (0.0, 0.0)
+"""The slope of a level surface."""
 
 
 @dataclass(frozen=True)
@@ -34,36 +42,49 @@ class Drive:
     Attributes:
         translation: p_TG_W, shape (3,) [m].
         turn: angle from x_T to x_G about z_W [rad].
+        slope: slope at G minus the slope of the tool, shape (2,); see `surface_normal`.
     """
 
     translation: np.ndarray
     turn: float
+    slope: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
 
-def solve_drive(p_WT: np.ndarray, yaw_T: float, p_WG: np.ndarray, yaw_G: float) -> Drive:
-    """Solves the transform equation for Drive, with tool and grasping frame both pointing down.
+Slope = np.ndarray | Sequence[float]
+"""Height gained along x_W and along y_W, per metre, shape (2,)."""
+
+
+def solve_drive(
+    p_WT: np.ndarray, yaw_T: float, p_WG: np.ndarray, yaw_G: float, slope_T: Slope = LEVEL, slope_G: Slope = LEVEL
+) -> Drive:
+    """Solves the transform equation for Drive, with tool and grasping frame both pointing down onto a surface.
 
     Args:
         p_WT: position of T in W, shape (3,) [m].
         yaw_T: direction of x_T in W, continuous [rad].
         p_WG: position of G in W, shape (3,) [m].
         yaw_G: direction of x_G in W, continuous [rad].
+        slope_T: slope of the surface to which the tool is square.
+        slope_G: slope of the surface at G.
     """
-    return Drive(np.asarray(p_WG) - np.asarray(p_WT), yaw_G - yaw_T)
+    return Drive(np.asarray(p_WG) - np.asarray(p_WT), yaw_G - yaw_T, np.subtract(slope_G, slope_T))
 
 
-def apply_drive(drive: Drive, p_WG: np.ndarray, yaw_G: float) -> tuple[np.ndarray, float]:
+def apply_drive(
+    drive: Drive, p_WG: np.ndarray, yaw_G: float, slope_G: Slope = LEVEL
+) -> tuple[np.ndarray, float, np.ndarray]:
     """Solves the transform equation for the tool.
 
     Args:
         drive: the value that Drive must have.
         p_WG: position of G in W, shape (3,) [m].
         yaw_G: direction of x_G in W, continuous [rad].
+        slope_G: slope of the surface at G.
 
     Returns:
-        p_WT, shape (3,) [m], and the direction of x_T in W [rad].
+        p_WT, shape (3,) [m], the direction of x_T in W [rad], and the slope to which the tool is square.
     """
-    return np.asarray(p_WG) - drive.translation, yaw_G - drive.turn
+    return np.asarray(p_WG) - drive.translation, yaw_G - drive.turn, slope_G - drive.slope
 
 
 def shrink_drive(start: Drive, rate: Drive, fraction: float, duration: float) -> Drive:
@@ -81,7 +102,11 @@ def shrink_drive(start: Drive, rate: Drive, fraction: float, duration: float) ->
     t = min(max(fraction, 0.0), 1.0)
     value = 1.0 - share_done(t)
     slope = duration * (t - t**3 * (6.0 - 8.0 * t + 3.0 * t**2))
-    return Drive(value * start.translation + slope * rate.translation, value * start.turn + slope * rate.turn)
+    return Drive(
+        value * start.translation + slope * rate.translation,
+        value * start.turn + slope * rate.turn,
+        value * start.slope + slope * rate.slope,
+    )
 
 
 def share_done(fraction: float) -> float:
@@ -128,7 +153,34 @@ def straight_motion_time(displacement: np.ndarray, v_start: np.ndarray, speed: f
     return motion_time(length, against, speed, acceleration)
 
 
-def tool_down_rotation(yaw: float) -> np.ndarray:
-    """Returns the 3x3 rotation R_WT of a tool that points down with x_T at ``yaw`` [rad] from x_W."""
+def surface_normal(slope: Slope) -> np.ndarray:
+    """Returns the unit normal in W, shape (3,), of a surface with a slope; (0, 0, 1) if it is level."""
+    return np.array([-slope[0], -slope[1], 1.0]) / math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
+
+
+def slope_along(v: np.ndarray, otherwise: Slope) -> np.ndarray:
+    """Returns the slope of a surface that contains a path and is level across it, at most `STEEPEST`.
+
+    Args:
+        v: velocity along the path in W, shape (3,) [m/s].
+        otherwise: the slope of a path that is too slow (`SLOWEST`) to tell.
+    """
+    speed = math.hypot(v[0], v[1])
+    if speed < SLOWEST:
+        return np.array(otherwise)
+    return min(max(v[2] / speed, -STEEPEST), STEEPEST) * v[:2] / speed
+
+
+def tool_down_rotation(yaw: float, slope: Slope = LEVEL) -> np.ndarray:
+    """Returns the 3x3 rotation R_WT of a tool that points down onto a surface.
+
+    Args:
+        yaw: angle from x_W to x_T, seen from above [rad].
+        slope: of the surface, to which the tool is square.
+    """
     c, s = np.cos(yaw), np.sin(yaw)
-    return np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+    if not np.any(slope):
+        return np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+    x_T, z_T = np.array([c, s, c * slope[0] + s * slope[1]]), -surface_normal(slope)
+    x_T /= np.linalg.norm(x_T)
+    return np.column_stack([x_T, np.cross(z_T, x_T), z_T])

@@ -8,12 +8,14 @@ import numpy as np
 from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.arm.motion.transform_equation import LEVEL, Slope
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, packet_target
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.grasp.config import PickConfig, closing_time
 from drake_tracker.grasp.conveyor.pick_motions import PickMotions
 from drake_tracker.grasp.conveyor.pick_schema import (
+    ABOVE_CELL,
     BY_HAND,
     FOLLOWING,
     LEAVING,
@@ -49,14 +51,22 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         period: time between ticks [s].
         home: reference (x, y, z, yaw) in W over which the hand waits, shape (4,) [m, rad].
         places: lowest and highest corner in W of the box in which parts may be put down, shape (2, 3) [m].
+        slope: of the belt, which is as high as the floors of the cells at W's x axis.
     """
 
     config: PickConfig
 
     def __init__(
-        self, config: PickConfig, model: ArmModel, period: float, home: np.ndarray, places: np.ndarray
+        self,
+        config: PickConfig,
+        model: ArmModel,
+        period: float,
+        home: np.ndarray,
+        places: np.ndarray,
+        slope: Slope = LEVEL,
     ) -> None:
         super().__init__(config, PICK_PROGRAMS, PICK_TRANSITIONS, SAME_MOTION)
+        self.slope = slope
         self.motions = PickMotions(config, model)
         self.period, self.home, self.places = period, np.asarray(home, dtype=float), np.asarray(places, dtype=float)
 
@@ -80,7 +90,9 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     def height(self, state: PickState) -> float:
         """Returns the height of the tool above the origin of the part or of its cell [m]."""
-        return 0.0 if state.phase in BY_HAND else super().height(state)
+        if state.phase in BY_HAND:
+            return 0.0
+        return super().height(state) + (self._rise(state) if state.phase in ABOVE_CELL else 0.0)
 
     def frozen(self, state: PickState) -> Frozen:
         """Returns the reference frame of the motion. The hand follows vision until the jaws hold the part."""
@@ -88,7 +100,13 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     def duration(self, state: PickState) -> float:
         """Returns the duration of the motion [s]."""
-        return super().duration(state) if PICK_PROGRAMS[state.phase].duration else state.duration
+        if not PICK_PROGRAMS[state.phase].duration:
+            return state.duration
+        duration = super().duration(state)
+        if state.phase in (PickPhase.LOWER, PickPhase.RAISE):  # with the same acceleration
+            way = self.config.carry_height - self.config.place_height
+            duration *= math.sqrt(1.0 + self._rise(state) / way)
+        return duration
 
     def goal_target(self, state: PickState) -> np.ndarray:
         """Returns the `ServoTarget` vector of the goal: the place of the part, or where the operator wants the tool."""
@@ -246,8 +264,13 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         order = PickOrder(state.order)
         place = np.array([order.place_x, order.place_y, order.place_z])
         yaw = self.motions.place_yaw(order, place, seen)
+        state = replace(state, goal=read_only(np.array([*place, yaw])))
         duration = self._duration(state, place, self.motions.wrist_at(place, yaw, seen), np.zeros(3), seen)
-        return replace(state, goal=read_only(np.array([*place, yaw])), duration=duration)
+        return replace(state, duration=duration)
+
+    def _rise(self, state: PickState) -> float:
+        """Returns by how much a belt that rises is higher than the floor of the cell, beside it [m]."""
+        return max(float(np.dot(self.slope, state.goal[:2])), 0.0)
 
     def _duration(
         self, state: PickState, p_WO: np.ndarray, wrist: float, v_WO: np.ndarray, seen: PickObservation

@@ -62,6 +62,8 @@ SAME_MOTION = {(PickPhase.INTERCEPT, PickPhase.CLOSE), (PickPhase.LOWER, PickPha
 """Changes of phase during which the motion under way goes on."""
 LEAVING = (PickPhase.RELEASE, PickPhase.RAISE)
 """Phases in which the fingers are among the parts of the neighbouring cells: the jaws do not open fully."""
+ABOVE_CELL = (PickPhase.CARRY, PickPhase.RAISE)
+"""Phases in which the hand is higher than a belt that rises beside the cell."""
 FOLLOWING = (PickPhase.INTERCEPT, PickPhase.CLOSE)
 """Phases in which the hand follows vision without leaving the part."""
 

@@ -262,7 +262,8 @@ def add_arm(setup: ConveyorSetup, builder: DiagramBuilder, decision: System | No
     """
     scenario, model = setup.scenario, setup.model
     if decision is None:
-        machine = PickMachine(scenario.pick, model, SERVO_PERIOD, setup.home, place_volume(setup))
+        slope = scenario.belt.frame.slope
+        machine = PickMachine(scenario.pick, model, SERVO_PERIOD, setup.home, place_volume(setup), slope)
         decision = PickSystem(machine, scenario.time_step)
         decision.set_name("pick")
     return builder.AddSystem(
@@ -277,6 +278,7 @@ def add_arm(setup: ConveyorSetup, builder: DiagramBuilder, decision: System | No
             jaw_opening=scenario.pick.jaw_opening,
             clearance=ArmClearance(setup.arm, [table_box(height=scenario.belt.height - table_below(scenario.belt))]),
             swings=True,
+            slope=scenario.belt.frame.slope,
         )
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from drake_tracker.arm.arm_model import ArmModel, make_arm_model, tool_down
 from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.motion.transform_equation import surface_normal
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
@@ -76,8 +77,9 @@ class ConveyorSetup:
 
     @cached_property
     def q_initial(self) -> np.ndarray:
-        """Joints over ``home``, with the tool pointing down at the hover height [rad], shape (n,)."""
-        over_home = tool_down(self.home[:3] + [0.0, 0.0, self.scenario.pick.hover_height], self.home[3])
+        """Joints over ``home``, with the tool square to the belt at the hover height [rad], shape (n,)."""
+        slope, height = self.scenario.belt.frame.slope, self.scenario.pick.hover_height
+        over_home = tool_down(self.home[:3] + height * surface_normal(slope), self.home[3], slope)
         q = joints_for(self.model, self.arm.q_start, over_home)
         q[-1] = math.remainder(q[-1], math.pi)  # jaws are the same after half a turn
         return q

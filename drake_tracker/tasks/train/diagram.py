@@ -8,6 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.hand_eye_correction import HandEyeCorrection
+from drake_tracker.arm.motion.transform_equation import LEVEL
 from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -187,6 +188,7 @@ def add_arm(setup: TrainSetup, builder: DiagramBuilder, decision: System | None 
             clearance=ArmClearance(setup.arm, [table_box(height=scenario.table_height)]),
             edge=HandEyeCorrection(scenario.hand_eye) if setup.sees_hand else None,
             object_yaw=None if scenario.track.turns else 0.0,
+            slope=None if setup.grasp.follow_tilt else LEVEL,
         )
     )
 

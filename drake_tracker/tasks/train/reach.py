@@ -5,6 +5,7 @@ import numpy as np
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import ArmDescription
 from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters, step_joints
+from drake_tracker.arm.motion.transform_equation import LEVEL, surface_normal
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.world.train.tracks import Track
 
@@ -34,7 +35,7 @@ class Reach:
     """
 
     def __init__(self, description: ArmDescription, home: np.ndarray, grasp: GraspConfig) -> None:
-        self._heights = (grasp.hover_height, grasp.grasp_height)
+        self._heights, self._follows = (grasp.hover_height, grasp.grasp_height), grasp.follow_tilt
         self.description, self.home = description, home
         self.model = make_arm_model(description)
         self._parameters = make_parameters(self.model, _STEP)
@@ -57,10 +58,10 @@ class Reach:
     def _first_missed(self, track: Track) -> tuple[float, float, float] | None:
         q = np.array(self.q_initial)
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
-            x, y, _ = track.pose(s)
-            q, height = self._move(q, float(x), float(y), float(track.profile(s)[0]))
+            x, y = (float(value) for value in track.pose(s)[:2])
+            q, height = self._move(q, track, float(s))
             if height is not None:
-                return float(x), float(y), height
+                return x, y, height
         return None
 
     def reached(self, track: Track, s: np.ndarray) -> np.ndarray:
@@ -74,24 +75,27 @@ class Reach:
             s: arc lengths of the places, ascending, shape (n,) [m].
         """
         x, y, _ = track.pose(s)
-        z = track.profile(s)[0]
         nearest = int(np.argmin(np.hypot(x - self.home[0], y - self.home[1])))
         found = np.zeros(len(s), dtype=bool)
         for places in (range(nearest, len(s)), range(nearest, -1, -1)):
             q = np.array(self.q_initial)
             for k in places:
-                q, height = self._move(q, float(x[k]), float(y[k]), float(z[k]))
+                q, height = self._move(q, track, float(s[k]))
                 if height is not None:
                     break
                 found[k] = True
         return found
 
-    def _move(self, q: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, float | None]:
-        """Moves the tool over a place at a height z above the table [m]. Returns the joints [rad] and the height above
+    def _move(self, q: np.ndarray, track: Track, s: float) -> tuple[np.ndarray, float | None]:
+        """Moves the tool over the place of a track at arc length s [m]. Returns the joints [rad] and the height above
         the train [m] at which the place cannot be reached, None when it can."""
+        x, y, heading = (float(value) for value in track.pose(s))
+        z, rise, _ = (float(value) for value in track.profile(s))
+        slope = rise * np.array([np.cos(heading), np.sin(heading)]) if self._follows else LEVEL
         for height in self._heights:
+            p_WT = (x, y, self.home[2] + z) + height * surface_normal(slope)
             for yaw in (np.pi / 2, -np.pi / 2) if self.model.symmetric_hand else (np.pi / 2,):
-                X_WT = tool_down((x, y, self.home[2] + z + height), yaw)
+                X_WT = tool_down(p_WT, yaw, slope)
                 q_near = q
                 for _ in range(_STEPS):
                     q_near, _ = step_joints(self.model, self._parameters, q_near, X_WT)

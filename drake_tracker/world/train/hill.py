@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RotationMatrix
 
 from drake_tracker.world.train.rail import (
     DRIVE_GAIN,
@@ -85,14 +87,8 @@ def held_on_hill(
 
     ``height`` is z_W of O while the train stands where the track is on the table.
     """
-    w, x, y, z = np.array(state[:4]) / math.sqrt(sum(value * value for value in state[:4]))
-    axes = np.array(
-        [
-            [w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
-            [2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)],
-            [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z],
-        ]
-    )
+    quaternion = np.array(state[:4])
+    axes = RotationMatrix(Quaternion(quaternion / np.linalg.norm(quaternion))).matrix().T
     x_W, y_W, z_W = np.array(state[4:7]) - TRAIN_HEIGHT * axes[2]  # of the foot of the train
     heading = axes[0, :2] / max(math.hypot(*axes[0, :2]), 1e-9) if turns else np.zeros(2)
     s, lateral, tangent_x, tangent_y, curvature = track.locate(x_W, y_W, heading[0], heading[1], near)

@@ -40,8 +40,8 @@ def pose_of(seen):
 class Run:
     """Ticks of a ToolMotion with joint 6 by arithmetic: joint 6 is at zero when the tool's yaw is ``yaw_of_zero``."""
 
-    def __init__(self, yaw=np.pi, p_WT=(0.56, 0.0, 0.705), yaw_of_zero=np.pi, symmetric=True):
-        self.motion = ToolMotion(HOME, SERVO_PERIOD, symmetric)
+    def __init__(self, yaw=np.pi, p_WT=(0.56, 0.0, 0.705), yaw_of_zero=np.pi, symmetric=True, slope=(0.0, 0.0)):
+        self.motion = ToolMotion(HOME, SERVO_PERIOD, symmetric, slope=slope)
         self.state = self.motion.initial_state(p_WT, yaw)
         self.yaw_of_zero = yaw_of_zero
         self.k = 0
@@ -54,12 +54,12 @@ class Run:
     def tick(self, order, seen):
         q6 = joint6_at(0.0, self.yaw_of_zero, self.state.tool[3])
         self.state = self.motion.update(self.state, self.time, order, seen, q6)
-        self.rows.append(self.state.tool)
+        self.rows.append(self.state.tool[:4])
         self.q6.append(joint6_at(0.0, self.yaw_of_zero, self.state.tool[3]))
         self.branches.append(self.state.branch)
         self.flips.append(self.motion.flipping(self.state, self.time))
         self.k += 1
-        return self.state.tool
+        return self.state.tool[:4]
 
     def rates(self):
         return np.diff(self.rows, axis=0) / SERVO_PERIOD
@@ -334,3 +334,57 @@ def test_a_hand_that_swings_about_the_base_chooses_the_branch_for_the_end_of_the
     count, q6 = flips(swings=True)
     assert count == 0 and q6 <= 0.5 * np.pi + 0.01
     assert flips(swings=False)[1] <= FLIP_ANGLE + 0.01
+
+
+SLOPE = np.array([0.12, -0.10])
+
+
+def climbing(time, grade, noise=0.0, speed=SPEED):
+    """An object on a straight along +x that climbs with a grade, seen with an error of its vertical speed."""
+    pose = [0.4 + speed * time, 0.1, 0.5 + grade * speed * time, 0.0]
+    return target(pose, [speed, 0.0, grade * speed + noise, 0.0])
+
+
+def test_the_hand_stands_square_over_a_surface_with_a_known_slope_until_it_goes_to_a_goal():
+    run = Run(slope=SLOPE)
+    while run.time < 2.0:
+        run.tick(command(), circle(run.time))
+    normal = np.array([-SLOPE[0], -SLOPE[1], 1.0]) / np.sqrt(1.0 + SLOPE @ SLOPE)
+    np.testing.assert_allclose(
+        run.state.tool[:3], pose_of(circle(run.time - SERVO_PERIOD))[:3] + HOVER * normal, atol=1e-9
+    )
+    np.testing.assert_allclose(run.state.tool[4:], SLOPE, atol=1e-12)
+    here = run.state.tool[:4].copy()
+    run.tick(command(2, MotionFrame.GOAL, height=0.0), target(here))  # the operator's stop keeps the slope
+    np.testing.assert_allclose(run.state.tool[4:], SLOPE, atol=1e-12)
+    slopes = []
+    while run.time < 4.5:
+        run.tick(command(3, MotionFrame.GOAL, height=0.05), target([0.4, 0.3, 0.48, np.pi]))
+        slopes.append(run.state.tool[4:])
+    np.testing.assert_allclose(slopes[-1], 0.0, atol=1e-12)
+    assert np.max(np.abs(np.diff(slopes, axis=0))) < 0.02, "the hand does not turn at once"
+
+
+@pytest.mark.parametrize("grade", [0.0, 0.25, -0.18])
+def test_the_hand_follows_the_slope_of_a_path_through_noise(grade):
+    run, rng = Run(slope=None), np.random.default_rng(3)
+    slopes = []
+    while run.time < 8.0:
+        run.tick(command(), climbing(run.time, grade, rng.normal(0.0, 0.07 * 0.08), 0.08))
+        slopes.append(run.state.tool[4:])
+    late = np.array(slopes[100:])
+    assert np.mean(late[:, 0]) == pytest.approx(grade, abs=0.01) and np.max(np.abs(late[:, 1])) == 0.0
+    assert np.std(late[:, 0]) < 0.03 and np.max(np.abs(np.diff(late[:, 0]))) < 0.02
+
+
+def test_an_object_too_slow_to_tell_its_slope_leaves_the_hand_as_it_is_and_a_cliff_is_not_followed():
+    run = Run(slope=None)
+    while run.time < 3.0:
+        run.tick(command(), climbing(run.time, 0.2))
+    before = run.state.tool[4:].copy()
+    for _ in range(60):
+        run.tick(command(), target(pose_of(climbing(3.0, 0.2)), [0.001, 0.0, 0.02, 0.0]))
+    np.testing.assert_allclose(run.state.tool[4:], before, atol=1e-4)
+    while run.time < 9.0:
+        run.tick(command(), climbing(run.time, 3.0, speed=0.05))
+    assert run.state.tool[4] == pytest.approx(np.tan(np.deg2rad(20.0)), abs=1e-3)

@@ -2,18 +2,22 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_tracker.arm.arm_model import tool_down, tool_yaw
+from drake_tracker.arm.arm_model import tool_down, tool_slope, tool_yaw
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.motion.transform_equation import (
+    LEVEL,
     Drive,
     apply_drive,
     motion_time,
     share_done,
     shrink_drive,
+    slope_along,
     solve_drive,
+    surface_normal,
     tool_down_rotation,
 )
+from drake_tracker.core.belt_frame import BeltFrame
 
 HEIGHT = 0.22
 STILL = Drive(np.zeros(3), 0.0)
@@ -70,7 +74,7 @@ def test_solved_for_the_tool_it_gives_the_joints_that_satisfy_it_while_the_objec
         p_WO, yaw_O = rng.uniform([0.45, -0.15, 0.48], [0.65, 0.15, 0.49]), rng.uniform(2.5, 3.8)
         X_WG = obj_grasp(p_WO, yaw_O)
         drive = shrink_drive(start, STILL, fraction, 1.0)
-        p_WT, yaw_T = apply_drive(drive, X_WG.translation(), yaw_O)
+        p_WT, yaw_T, _ = apply_drive(drive, X_WG.translation(), yaw_O)
         q = joints_for(arm_model, q, tool_down(p_WT, yaw_T))
         base, t6, tool = chain(arm_model, q)
         left = base @ t6 @ tool @ as_transform(drive, arm_model.tool_pose(q).rotation())
@@ -79,22 +83,45 @@ def test_solved_for_the_tool_it_gives_the_joints_that_satisfy_it_while_the_objec
 
 
 def test_solving_for_the_drive_and_for_the_tool_are_inverse_and_keep_full_turns():
-    drive = solve_drive([0.5, 0.1, 0.9], 1.0, [0.6, -0.1, 0.7], 1.0 + 5 * np.pi)
+    drive = solve_drive([0.5, 0.1, 0.9], 1.0, [0.6, -0.1, 0.7], 1.0 + 5 * np.pi, (0.1, 0.0), (0.05, -0.2))
     assert drive.turn == pytest.approx(5 * np.pi)
-    p_WT, yaw_T = apply_drive(drive, [0.6, -0.1, 0.7], 1.0 + 5 * np.pi)
-    np.testing.assert_allclose([*p_WT, yaw_T], [0.5, 0.1, 0.9, 1.0], atol=1e-12)
+    p_WT, yaw_T, slope_T = apply_drive(drive, [0.6, -0.1, 0.7], 1.0 + 5 * np.pi, (0.05, -0.2))
+    np.testing.assert_allclose([*p_WT, yaw_T, *slope_T], [0.5, 0.1, 0.9, 1.0, 0.1, 0.0], atol=1e-12)
+
+
+def test_a_tool_on_a_slope_is_square_to_it_with_its_x_axis_as_seen_from_above():
+    rng = np.random.default_rng(2)
+    for slope, yaw in zip(rng.uniform(-0.3, 0.3, (20, 2)), rng.uniform(-3.0, 3.0, 20)):
+        X_WT = tool_down([0.5, 0.0, 0.7], yaw, slope)  # a RotationMatrix must be orthonormal
+        assert tool_yaw(X_WT) == pytest.approx(yaw)
+        np.testing.assert_allclose(tool_slope(X_WT), slope, atol=1e-12)
+        x_T, z_T = X_WT.rotation().matrix()[:, 0], X_WT.rotation().matrix()[:, 2]
+        assert x_T[2] == pytest.approx(x_T[:2] @ slope)  # x_T lies in the surface
+        np.testing.assert_allclose(z_T, -surface_normal(slope), atol=1e-12)
+    frame = BeltFrame(np.deg2rad(10.0), 0.45)
+    over_belt = RotationMatrix(frame.X_WB[:3, :3]) @ RotationMatrix(tool_down_rotation(0.4))
+    seen = frame.to_world(np.array([[0.5, 0.1, 0.45, 0.4]]))[0, 3]
+    np.testing.assert_allclose(tool_down_rotation(seen, frame.slope), over_belt.matrix(), atol=1e-12)
+
+
+def test_a_slope_follows_from_a_velocity_that_is_fast_enough():
+    np.testing.assert_allclose(slope_along(np.array([0.0, -0.1, 0.02]), LEVEL), [0.0, -0.2])
+    np.testing.assert_allclose(slope_along(np.array([0.06, 0.08, -0.01]), LEVEL), [-0.06, -0.08])
+    np.testing.assert_allclose(slope_along(np.array([0.01, 0.0, 0.01]), (0.1, 0.2)), [0.1, 0.2])
+    np.testing.assert_allclose(slope_along(np.array([0.1, 0.0, 9.0]), LEVEL), [np.tan(np.deg2rad(20.0)), 0.0])
 
 
 @pytest.mark.parametrize("duration", [0.36, 1.0])
 def test_drive_starts_at_its_value_and_rate_and_ends_at_rest_at_zero(duration):
-    start, rate = Drive(np.array([0.2, -0.1, -0.3]), 2.0), Drive(np.array([-0.05, 0.2, 0.4]), -1.0)
+    start = Drive(np.array([0.2, -0.1, -0.3]), 2.0, np.array([0.2, -0.1]))
+    rate = Drive(np.array([-0.05, 0.2, 0.4]), -1.0, np.array([0.0, 0.3]))
 
     def values(fraction):
         drive = shrink_drive(start, rate, fraction, duration)
-        return np.array([*drive.translation, drive.turn])
+        return np.array([*drive.translation, drive.turn, *drive.slope])
 
-    whole_rate = np.array([*rate.translation, rate.turn])
-    np.testing.assert_array_equal(values(0.0), [0.2, -0.1, -0.3, 2.0])
+    whole_rate = np.array([*rate.translation, rate.turn, *rate.slope])
+    np.testing.assert_array_equal(values(0.0), [0.2, -0.1, -0.3, 2.0, 0.2, -0.1])
     np.testing.assert_allclose(values(1.0), 0.0, atol=1e-15)
     np.testing.assert_allclose(values(1.7), 0.0, atol=1e-15)
     h = 1e-5
@@ -134,7 +161,7 @@ def test_the_hand_goes_straight_as_seen_from_an_object_that_moves_and_turns():
     for fraction in np.linspace(0.0, 1.0, 50):
         angle = 1.5 * fraction
         p_WG = np.array([0.56 + 0.12 * np.cos(angle), 0.12 * np.sin(angle), 0.7])
-        p_WT, yaw_T = apply_drive(shrink_drive(start, STILL, fraction, 1.0), p_WG, np.pi / 2 + angle)
+        p_WT, yaw_T, _ = apply_drive(shrink_drive(start, STILL, fraction, 1.0), p_WG, np.pi / 2 + angle)
         seen.append([*(p_WT - p_WG), yaw_T - np.pi / 2 - angle])
     seen = np.array(seen)
     line = seen[0] / np.linalg.norm(seen[0])

@@ -50,8 +50,8 @@ HOLDING = {"width": WIDTH, "force": FORCE}
 class Bench:
     """Ticks of a PickMachine; the hand is always just where the part is, unless something keeps it away."""
 
-    def __init__(self, model, config=CONFIG):
-        self.machine = PickMachine(config, model, SERVO_PERIOD, HOME, PLACES)
+    def __init__(self, model, config=CONFIG, slope=(0.0, 0.0)):
+        self.machine = PickMachine(config, model, SERVO_PERIOD, HOME, PLACES, slope)
         self.model, self.q = model, np.array(PUMA560.q_start)
         self.state = self.machine.initial_state()
         self.time = 10.0
@@ -167,6 +167,21 @@ def test_the_whole_success(bench):
     assert (found.done, found.attempts, found.picked, found.placed, found.failed) == (1, 1, 1, 1, 0)
     for _ in range(10):
         assert bench.tick() == PickPhase.WAIT, "an order is carried out once"
+
+
+@pytest.mark.parametrize("grade, rise", [(0.2, 0.2 * CELL[1]), (-0.2, 0.0)])
+def test_beside_a_belt_that_rises_the_hand_is_higher_above_the_cell_and_takes_longer(arm_model, grade, rise):
+    bench = Bench(arm_model, slope=(0.0, grade))
+    bench.say(job=1)
+    bench.reach(PickPhase.CARRY)
+    assert bench.commands[-1].height == pytest.approx(CONFIG.carry_height + rise)
+    bench.until(PickPhase.LOWER, **HOLDING)
+    assert bench.commands[-1].height == CONFIG.place_height
+    longer = np.sqrt(1.0 + rise / (CONFIG.carry_height - CONFIG.place_height))
+    assert bench.commands[-1].duration == pytest.approx(CONFIG.lower_duration * longer)
+    bench.until(PickPhase.RELEASE, **HOLDING)
+    bench.until(PickPhase.RAISE)
+    assert bench.commands[-1].height == pytest.approx(CONFIG.carry_height + rise)
 
 
 def test_jaws_open_in_the_cell_and_stay_closed_before(bench):
