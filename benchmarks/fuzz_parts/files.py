@@ -287,8 +287,11 @@ def data_file(generator, folder):
         for load, *arguments in loads:
             with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
                 load(*arguments)
-    rows = [f"{0.5 + 0.2 * np.cos(angle)},{0.2 * np.sin(angle)}" for angle in np.arange(0.0, 6.2, 0.3)]
-    path.write_bytes(mutate_yaml(generator, "\n".join(["x,y", *rows]), 2).encode("utf-8", "surrogateescape"))
+    header, angles = generator.choice([["x", "y"], ["x", "y", "z"], ["x", "y", "z", "bank"]]), np.arange(0.0, 6.2, 0.3)
+    columns = [0.5 + 0.2 * np.cos(angles), 0.2 * np.sin(angles), 0.04 + 0.02 * np.sin(2.0 * angles), 5.0 + 0.0 * angles]
+    rows = [",".join(map(str, row[: len(header)])) for row in np.column_stack(columns)]
+    text = "\n".join([",".join(header), *rows])
+    path.write_bytes(mutate_yaml(generator, text, 2).encode("utf-8", "surrogateescape"))
     with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
         make_track("csv", csv=str(path))
     foreign_calibration(generator, folder)

@@ -47,8 +47,6 @@ JUMP_DISTANCE, JUMP_ANGLE = 0.03, 0.35
 """A reference that moves by more than this [m], [rad] in one period is approached anew instead of followed."""
 GUIDED_JUMP = 0.10
 """The same distance in a guided descent [m]. There is no time for a new approach, and the object is the same."""
-
-
 SLOPE_RATE = 5.0
 """Natural frequency [rad/s] of the critically damped filter of a path's slope. The slope of a packet errs by 3 to
 4 deg, and changes by 1 deg from packet to packet; chosen on seeds 74200 and 74201."""

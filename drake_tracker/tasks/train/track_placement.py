@@ -108,7 +108,8 @@ def _placements(scenario: TrainScenario, rng: np.random.Generator, train: int) -
             try:
                 track = track.raised(config.heights, math.radians(config.bank_deg))
             except DrakeTrackerError as error:
-                raise DrakeTrackerError(f"{scenario.where('track.heights')}: {error}") from None
+                key = f"objects[{train - 1}].track.heights" if train else "track.heights"
+                raise DrakeTrackerError(f"{scenario.where(key)}: {error}") from None
         yield track, fraction * track.length
         offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
 

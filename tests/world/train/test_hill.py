@@ -14,6 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.track_placement import check_track
 from drake_tracker.world.scene_object import Ride
@@ -96,6 +97,13 @@ def test_contradictions_are_named_before_a_run(overrides, message):
 
     with pytest.raises(DrakeTrackerError, match=message):
         check()
+
+
+def test_another_trains_own_heights_are_named():
+    others = "objects=[!Train {body: striped, track: {kind: oval, heights: [0.01, 0.3]}}]"
+    scenario = load_scenario("train:hill", overrides=[others])
+    with pytest.raises(DrakeTrackerError, match=r"objects\[0\]\.track\.heights.*deg"):
+        train_objects(scenario, *resolve(scenario).placement)
 
 
 @pytest.mark.parametrize("s", [0.0, 0.3, 0.7, 1.1])
