@@ -3,7 +3,6 @@
     python benchmarks/behaviour.py                        run each entry briefly, and compare it with its record
     python benchmarks/behaviour.py --only train,ball      some entries
     python benchmarks/behaviour.py --update ENTRY REASON  record an entry anew, and raise its number
-    python benchmarks/behaviour.py --stale                results of another behaviour than today's: command and cost
     python benchmarks/behaviour.py --at COMMIT ENTRY NAME whether a commit's entry NAME behaves as ENTRY does today
 
 Each entry has a number and the record of one run in ``behaviour.json``: its settings, phases, pose at the touch,
@@ -30,7 +29,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from shared.behaviour_rows import RECORDS, behaviour_records, print_stale
+from shared.behaviour_rows import RECORDS, behaviour_records
 
 WINDOW = 2.0
 """Time over which signals are averaged [s]."""
@@ -314,7 +313,6 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     action = parser.add_mutually_exclusive_group()
     action.add_argument("--update", nargs=2, metavar=("ENTRY", "REASON"), help="record an entry anew")
-    action.add_argument("--stale", action="store_true", help="list results of another behaviour than today's")
     action.add_argument("--at", nargs=3, metavar=("COMMIT", "ENTRY", "NAME"), help="compare an earlier commit")
     options = parser.parse_args()
     asked = [options.update[0]] if options.update else [options.at[1]] if options.at else []
@@ -322,8 +320,6 @@ def main() -> int:
     for name in (*asked, *entries):
         if name not in PLANS:
             parser.error(f"there is no entry {name!r}; there are {', '.join(PLANS)}")
-    if options.stale:
-        return print_stale()
     if options.update:
         return update(*options.update)
     return compare_at(*options.at) if options.at else check(entries, options.workers)

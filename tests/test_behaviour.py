@@ -1,5 +1,7 @@
 """The records of behaviour: what counts as a difference, and which results rest on another behaviour."""
 
+import importlib
+import itertools
 import json
 import subprocess
 import sys
@@ -9,6 +11,7 @@ from pathlib import Path
 import behaviour
 import pytest
 from shared import behaviour_rows
+from shared.stored import read_lines, result_files
 
 from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import list_scenarios, load_scenario
@@ -16,6 +19,8 @@ from drake_tracker.tasks import list_scenarios, load_scenario
 REPOSITORY = Path(__file__).parents[1]
 RECORDS = json.loads((REPOSITORY / "benchmarks" / "behaviour.json").read_text(encoding="utf-8"))
 ENTRIES = [name for name, _ in list_scenarios()]
+all_results = importlib.import_module("all")
+"""`benchmarks/all.py`, whose name is that of a function."""
 
 
 def changed(entry, change):
@@ -74,7 +79,7 @@ def test_a_difference_is_named(name, change):
 
 
 def test_every_result_carries_numbers_of_known_entries():
-    for path in behaviour_rows.result_files():
+    for path in result_files():
         for result in behaviour_rows.results_of(path):
             numbers = result.get("made_by", result)["behaviour"]
             assert set(numbers) <= set(ENTRIES), path.name
@@ -82,7 +87,7 @@ def test_every_result_carries_numbers_of_known_entries():
 
 
 def test_each_benchmark_names_what_its_results_rest_on():
-    stems = {path.stem for path in behaviour_rows.result_files()} - {"tracking_arc_length"}
+    stems = {path.stem for path in result_files()} - {"tracking_arc_length"}
     assert stems <= set(behaviour_rows.RESTS_ON)
     assert behaviour_rows.rests_on("train_grasp", {"scenario": "train:guided", "estimator": "closed_path"}) == (
         "train:guided",
@@ -127,3 +132,22 @@ def test_tables_mark_the_rows_of_another_behaviour():
 @pytest.mark.parametrize("page", ["README.md", "docs/results/index.md"])
 def test_no_result_of_another_behaviour_stands_on_a_front_page(page):
     assert "†" not in (REPOSITORY / page).read_text(encoding="utf-8"), "measure it again, or take it off the page"
+
+
+def test_every_listed_result_exists_and_its_commands_are_scripts():
+    names = {path.name for path in result_files()}
+    assert set(all_results.COMMANDS) <= names
+    for command in itertools.chain(*all_results.COMMANDS.values()):
+        assert (all_results.HERE / command.split()[0]).is_file(), command
+    overview = all_results.overview()
+    assert {path.name for path, _, _ in overview} == names
+    assert overview[0][0].name == "train_grasp.jsonl"
+    assert all(all_results.cost(results) > 0.0 for _, results, _ in overview)
+
+
+def test_only_stale_lines_are_dropped(tmp_path):
+    today, path = RECORDS["train:hill"]["number"], tmp_path / "runs.jsonl"
+    rows = [{"seed": seed, "behaviour": {"train:hill": number}} for seed, number in enumerate([1, None, today, today])]
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    all_results.drop_stale(path)
+    assert not path.exists() and read_lines(path) == rows[2:]

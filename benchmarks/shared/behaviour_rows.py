@@ -5,11 +5,10 @@ None where an old result cannot be assigned to one. A result without scenarios (
 """
 
 import json
-from collections import Counter
 from functools import cache
 from pathlib import Path
 
-from shared.stored import read_lines, result_files
+from shared.stored import read_lines
 
 RECORDS = Path(__file__).parents[1] / "behaviour.json"
 
@@ -143,38 +142,3 @@ def sidecar(path):
     """Returns what NAME.meta.json says about the result file NAME; empty without one."""
     beside = path.parent / f"{path.stem}.meta.json"
     return json.loads(beside.read_text(encoding="utf-8")) if beside.exists() else {}
-
-
-def print_stale():
-    """Prints the results that rest on another behaviour than today's, with the command that measures them again."""
-    records, status = behaviour_records(), 0
-    for path in result_files():
-        results = results_of(path)
-        counts = Counter(
-            f"{name} {_numbers(result)[name] or 'unknown'}, today {records[name]['number']}"
-            for result in results
-            for name in other_behaviours(result)
-        )
-        if not counts:
-            continue
-        status = 1
-        print(f"{path.name}: {'; '.join(f'{count} of {len(results)}: {text}' for text, count in counts.items())}")
-        print(f"    {_command(path, results)}{_cost(results)}")
-    if not status:
-        print("All results rest on today's behaviour.")
-    return status
-
-
-def _command(path, results):
-    last = results[-1].get("made_by", results[-1])
-    return sidecar(path).get("command") or last.get("command", f"see {path.name}")
-
-
-def _cost(results):
-    """Returns the time that the results of another behaviour took, as a text."""
-    makers = [result.get("made_by", result) for result in results if not is_current(result)]
-    spent = [maker.get("wall_s") for maker in makers]
-    known = [wall for wall in spent if isinstance(wall, (int, float))]
-    if len(known) < len(spent):
-        return "  (its time is not recorded)"
-    return f"  (about {max(1, round(sum(known) / 60))} min on one core)"

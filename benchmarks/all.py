@@ -1,0 +1,155 @@
+"""Lists all results with their state and cost, and measures the most important stale ones again.
+
+    python benchmarks/all.py --list         state, cost and command of every result, the most important first
+    python benchmarks/all.py --hours 3      runs the commands of stale results until the time is over
+    python benchmarks/all.py --only faults.jsonl,several.json --hours 1
+
+A result is stale if it rests on another behaviour of a packaged scenario than today's (`behaviour.py`). A benchmark
+resumes: it measures only what is missing. The stale lines of a JSONL file are therefore removed before its command.
+At the end of the time the command is interrupted, and every finished run is kept. The next call goes on. Costs are the
+times that the runs took, on one core; a result without times counts as an hour. Results outside of `COMMANDS` are
+listed only: speeds need a quiet machine, and some commands need files, installations or hours of their own.
+"""
+
+import argparse
+import gzip
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from shared.behaviour_rows import is_current, other_behaviours, results_of, sidecar
+from shared.common import print_table
+from shared.stored import RESULTS, compressed, read_lines, result_files
+
+HERE = Path(__file__).parent
+COMMANDS = {
+    "train_grasp.jsonl": ("train_grasp.py --scenario ladder --seeds 20", "train_grasp.py"),
+    "ball.jsonl": ("ball.py",),
+    "several.json": ("several.py",),
+    "eyes_open.json": ("eyes_open.py",),
+    "conveyor.json": ("conveyor.py",),
+    "hard_paths.jsonl": (
+        "hard_paths.py --kind bends,line --seeds 3",
+        "hard_paths.py --kind walks,known --seeds 20",
+        "hard_paths.py --kind walks,bends --rendered --seeds 1",
+        "hard_paths.py --kind hills --seeds 34",
+        "hard_paths.py --kind hills --seeds 14 --rendered",
+    ),
+    "footage.json": ("footage.py",),
+    "faults.jsonl": ("faults.py", "faults.py --rendered --seeds 5"),
+    "rivals.jsonl": ("rivals.py --seeds 20", "rivals.py --seeds 20 --lags 6 --rendered"),
+    "latency_curve.jsonl": ("latency_curve.py", "latency_curve.py --task ball"),
+    "grasp_map.jsonl": ("grasp_map.py", "grasp_map.py --rendered --seeds 5"),
+    "measured_vision.jsonl": ("measured_vision.py",),
+    "second_attempts.jsonl": ("second_attempts.py",),
+    "autopsy.jsonl": ("autopsy.py",),
+    "terminations.jsonl": ("terminations.py",),
+    "conveyor_vision.json": ("conveyor_vision.py",),
+    "ball_camera.jsonl": ("ball_camera.py --locate 25 --catch 5",),
+    **{
+        f"{name}.json": (f"{name}.py --json benchmarks/results/{name}.json",)
+        for name in ("ball_detectors", "camera_motion", "singh_flow", "paper_figures", "space_filter", "latency")
+    },
+    "crossing_tracks.json": ("crossing_tracks.py --json benchmarks/results/crossing_tracks.json",),
+    "dispatch.json": ("dispatch.py",),
+    "tracking_arc_length.json": ("tracking.py --json benchmarks/results/tracking_arc_length.json",),
+}
+"""{result: the commands that measure it}, the most important first."""
+UNKNOWN_COST = 3600.0
+"""Cost of a result that does not say how long it took [s]."""
+
+
+def cost(results):
+    """Returns how long results took on one core [s]."""
+    makers = [result.get("made_by", result) for result in results]
+    known = [maker["wall_s"] for maker in makers if isinstance(maker.get("wall_s"), (int, float))]
+    return sum(known) * len(makers) / len(known) if known else UNKNOWN_COST
+
+
+def commands_of(path, results):
+    """Returns the commands that measure the results of a file, as a text."""
+    if path.name in COMMANDS:
+        return "; ".join(f"python benchmarks/{command}" for command in COMMANDS[path.name])
+    made_by = results[-1].get("made_by", results[-1])
+    return sidecar(path).get("command") or made_by.get("command", "see benchmarks/README.md")
+
+
+def overview():
+    """Returns (path, results, stale results) of every result file, the most important first."""
+    order = {name: place for place, name in enumerate(COMMANDS)}
+    paths = sorted(result_files(), key=lambda path: (order.get(path.name, len(order)), path.name))
+    found = []
+    for path in paths:
+        results = results_of(path)
+        found.append((path, results, [result for result in results if not is_current(result)]))
+    return found
+
+
+def list_all():
+    """Prints all results; returns 1 if one is stale."""
+    rows = []
+    for path, results, stale in overview():
+        scenarios = sorted({name for result in stale for name in other_behaviours(result)})
+        state = f"{len(stale)} of {len(results)} stale: {', '.join(scenarios)}" if stale else "current"
+        minutes = max(1, round(cost(stale or results) / 60))
+        rows.append([path.name, state, f"{minutes} min", commands_of(path, results)])
+    print_table(["result", "state", "cost on one core", "commands"], rows)
+    return int(any(stale for _, _, stale in overview()))
+
+
+def drop_stale(path):
+    """Removes the lines of a JSONL file that rest on another behaviour than today's."""
+    made_by = sidecar(path).get("behaviour", {})
+    kept = [row for row in read_lines(path) if is_current({"behaviour": made_by, **row})]
+    text = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in kept)
+    compressed(path).write_bytes(gzip.compress(text.encode(), mtime=0))
+    path.unlink(missing_ok=True)
+
+
+def run(command, seconds):
+    """Runs the command of a benchmark for a time at most [s]; returns whether it ended by itself and well."""
+    print(f"python benchmarks/{command}", file=sys.stderr, flush=True)
+    name, *arguments = command.split()
+    process = subprocess.Popen([sys.executable, HERE / name, *arguments], cwd=HERE.parent)
+    try:
+        return process.wait(seconds) == 0
+    except (subprocess.TimeoutExpired, KeyboardInterrupt):
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        return False
+
+
+def measure(only, hours):
+    """Measures stale results again until the time is over; returns 1 if something is left."""
+    end = time.monotonic() + 3600.0 * hours
+    for path, _, stale in overview():
+        if path.name not in COMMANDS or (path.name not in only if only else not stale):
+            continue
+        if path.suffix == ".jsonl":
+            drop_stale(path)
+        for command in COMMANDS[path.name]:
+            if end <= time.monotonic() or not run(command, end - time.monotonic()):
+                print(f"{path.name} is not finished; the same command goes on", file=sys.stderr)
+                if end <= time.monotonic():
+                    return 1
+    return list_all()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="run nothing")
+    parser.add_argument("--hours", type=float, default=3.0, help="time to measure (default 3)")
+    parser.add_argument("--only", default="", help="names of result files, separated by commas")
+    options = parser.parse_args()
+    only = [name for name in options.only.split(",") if name]
+    for name in only:
+        if not (RESULTS / name).exists() and not compressed(RESULTS / name).exists():
+            parser.error(f"there is no result {name!r} in {RESULTS.name}")
+    sys.exit(list_all() if options.list else measure(only, options.hours))
+
+
+if __name__ == "__main__":
+    main()
