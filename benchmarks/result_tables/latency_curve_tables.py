@@ -71,6 +71,8 @@ def draw(rows, path):
         for ax, cell in zip(axes, cells, strict=True):
             draw_lines(ax, rates(rows, cell), KEYS, KEYS[0], True, {KEYS[0]: "s"})
             ax.set(title=cell, ylabel="" if ax is not axes[0] else ax.get_ylabel())
+            ticks = [0.1 * k for k in range(6)]
+            ax.set_xticks(ticks, [f"{tick:.1f}" for tick in ticks])
             ax.legend().remove()
         labelled = axes[0].get_legend_handles_labels()
         figure.legend(*labelled, loc="outside lower center", ncols=len(POLICIES), frameon=False)
