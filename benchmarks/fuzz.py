@@ -44,6 +44,7 @@ KINDS = {  # name of a function in fuzz_files or fuzz_packets: how often it is d
     "view": 12,
     "replay": 4,
     "campaign": 4,
+    "dataset": 2,
     "data_file": 8,
     "footage": 5,
     "arm_description": 3,

@@ -43,6 +43,7 @@ RUN_FILES = ["summary.json", "scenario.yaml", LOG_FILE, STREAM_FILE, "report.htm
 NAMES = [b"\xff.png", b"\x1b[31m.png", b"<b>.html", b"a" * 200, b"report.html.png", b" ", b"-x", b"log.npy"]
 FAULTS = "[!LinkDelay {delay: 1.5, at: 4, for: 6}, !TrainStopped {at: 8}, !StickingJoint {joint: 1, friction: 30}]"
 CAMPAIGN = ("campaign", "train", "--trials", "2", "--vary", "track.speed=0.1,0.3", "--vision", "measured")
+DATASET = ("dataset", "train:guided", "--no-images", "--policy", "guided", "--episodes", "1", "--set", "duration=1")
 
 
 def prepare(scratch):
@@ -75,6 +76,7 @@ def prepare(scratch):
     LoopbackServer.serve_forever = lambda server, *_: None
     campaign_run.make_runner = lambda *_: lambda work, jobs: here(quick, jobs)
     cli.main([*CAMPAIGN, "--out", str(BASE / "campaign")])
+    cli.main([*DATASET, "-o", str(BASE / "dataset")])
 
 
 def turned_jpeg(image, orientation):
@@ -259,6 +261,15 @@ def campaign(generator, folder):
         elif path.is_file() and not path.is_symlink():
             damage_record(generator, path)
     return command(folder, out, *CAMPAIGN, "--out", "out")
+
+
+def dataset(generator, folder):
+    """The directory of a data set, which the same command would continue."""
+    out = folder / "here" / "out"
+    shutil.copytree(BASE / "dataset", out)
+    for _ in range(generator.randint(1, 2)):
+        damage(generator, generator.choice(sorted(path for path in out.rglob("*") if path.is_file())))
+    return command(folder, out, *DATASET, "-o", "out")
 
 
 def damage_record(generator, path):

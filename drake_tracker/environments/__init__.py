@@ -8,7 +8,11 @@ package imports it. Begin with `TrackerEnvironment`.
 """
 
 import lazy_loader
-from gymnasium import register
+
+try:
+    from gymnasium import register
+except ImportError as error:
+    raise ImportError("the environments need the package gymnasium: pip install 'drake-tracker[gym]'") from error
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _CLASS = "drake_tracker.environments.environment:TrackerEnvironment"

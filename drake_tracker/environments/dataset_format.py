@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium import spaces
 
 from drake_tracker.campaign.table import require_parquet
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.files.atomic_file import replacing
+from drake_tracker.footage.decoding import decoding
 
 CHUNK = 1000
 """Greatest number of files in a folder."""
@@ -103,11 +103,9 @@ def write_task(sentence: str, path: Path) -> None:
 
 def read_rows(folder: Path) -> list[dict[str, Any]]:
     """Returns the rows of the tables in a folder. Raises DrakeTrackerError when one of them is damaged."""
-    pyarrow, parquet = require_parquet(*NEED)
+    _, parquet = require_parquet(*NEED)
     rows: list[dict[str, Any]] = []
     for path in sorted(folder.glob("*/file-*.parquet")):
-        try:
+        with decoding(path, "damaged, choose another folder"):
             rows += parquet.ParquetFile(path).read().to_pylist()
-        except (OSError, pyarrow.ArrowException) as error:
-            raise DrakeTrackerError(f"{path}: damaged: {str(error).splitlines()[0]}; choose another folder") from None
     return rows

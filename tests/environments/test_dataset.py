@@ -195,14 +195,18 @@ def test_other_folders_and_damaged_data_sets_are_refused(copied, tmp_path, capsy
     assert dataset(copied) == 2
     first.write_bytes(data[:100])
     assert dataset(copied) == 2
+    no_text = pyarrow.array([b"\xf3"], pyarrow.binary()).view(pyarrow.string())
+    pyarrow.parquet.write_table(pyarrow.table({"tasks": no_text}), first)
+    assert dataset(copied) == 2
     lines = capsys.readouterr().err.splitlines()
     said = (
         "other is not empty and holds no data set",
         "cannot be made",
         "an episode is missing",
         "000.parquet: damaged",
+        "000.parquet: damaged",
     )
-    assert len(lines) == 4 and all(words in line for words, line in zip(said, lines))
+    assert len(lines) == 5 and all(words in line for words, line in zip(said, lines))
     assert [path.name for path in other.iterdir()] == ["notes.txt"]
 
 
