@@ -160,12 +160,6 @@ def tool_down(p_WT: Sequence[float] | np.ndarray, yaw: float, slope: Slope = LEV
     return RigidTransform(RotationMatrix(tool_down_rotation(yaw, slope)), p_WT)
 
 
-def tool_slope(X_WT: RigidTransform) -> np.ndarray:
-    """Returns the slope of the surface to which a tool that points down is square, shape (2,)."""
-    z_T = X_WT.rotation().matrix()[:, 2]
-    return z_T[:2] / -z_T[2]
-
-
 def tool_yaw(X_WT: RigidTransform) -> float:
     """Returns the angle [rad] of x_T about z_W, in (-pi, pi]: the inverse of `tool_down`."""
     R = X_WT.rotation().matrix()

@@ -51,7 +51,7 @@ class GraspConfig:
     retreat_duration: ClassVar[float] = 1.0
     """Duration of the retreat after a miss, and of the motion home [s]; chosen."""
     settle_time: float = setting(0.5, "time above the object before an intercept", "s", (0.0, 60.0))
-    follow_tilt: bool = setting(False, "whether the hand tilts with the slope of the path, for tracks with heights")
+    follow_tilt: bool = setting(False, "whether the hand tilts to the slope of the path in a descent")
     stop_duration: ClassVar[float] = 0.25
     """Time in which the operator's stop brings the hand to rest [s]; chosen."""
     manual_speed: ClassVar[float] = 0.15

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from pydrake.multibody.inverse_kinematics import DifferentialInverseKinematicsParameters
 
-from drake_tracker.arm.arm_model import ArmModel, tool_down, tool_slope
+from drake_tracker.arm.arm_model import ArmModel, tool_down
 from drake_tracker.arm.motion.differential_ik import rehearse
-from drake_tracker.arm.motion.transform_equation import LEVEL, share_done, surface_normal
+from drake_tracker.arm.motion.transform_equation import LEVEL, Slope, share_done, slope_along, surface_normal
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.corner_memory import is_restless
@@ -227,7 +227,7 @@ def can_follow(
 ) -> bool:
     """Rehearses the descent and the closing on the predicted path. Returns whether the arm can follow.
 
-    A hand that follows the tilt of the path keeps its slope in rehearsal.
+    A hand that follows the tilt of the path tilts to its slope at the end of the descent.
 
     Args:
         config: heights and durations.
@@ -242,12 +242,16 @@ def can_follow(
     """
     period = ik_parameters.get_time_step()
     blind_time = descent_duration + touch_delay(config)
-    slope = tool_slope(model.tool_pose(q)) if config.follow_tilt else LEVEL
+    tilt: Slope = LEVEL
+    if config.follow_tilt:
+        first, last = (evaluate_prediction(packet, start + descent_duration + k * period)[:3] for k in (0, 1))
+        tilt = slope_along((last - first) / period, LEVEL)
     poses = []
     for k in range(1, int(np.ceil(blind_time / period)) + 1):
         x, y, z, yaw, _ = evaluate_prediction(packet, start + k * period)
         drop = share_done(k * period / descent_duration)
         height = from_height + (config.grasp_height - from_height) * drop
+        slope = drop * np.array(tilt)
         p_WT = (x, y, z) + height * surface_normal(slope)
         poses.append(tool_down(p_WT, yaw + np.pi * half_turns, slope))
     return rehearse(model, ik_parameters, q, poses, FOLLOWING_ERROR)

@@ -7,7 +7,7 @@ from variants import variant
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters
-from drake_tracker.arm.motion.transform_equation import share_done, surface_normal
+from drake_tracker.arm.motion.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
@@ -295,14 +295,21 @@ def test_the_arm_can_follow_the_default_descent(arm_model, hovering):
     assert follow(arm_model, hovering)
 
 
-def test_a_hand_that_follows_the_tilt_keeps_its_slope_in_rehearsal(arm_model, hovering):
-    _, start = hovering
-    slope = np.array([0.0, 0.15])
-    x, y, z, yaw = circle(start)
-    p_WT = (x, y, z) + PARAMETERS.hover_height * surface_normal(slope)
-    q = joints_for(arm_model, PUMA560.q_start, tool_down(p_WT, yaw + np.pi, slope))
-    assert follow(arm_model, (q, start), follow_tilt=True)
-    assert not follow(arm_model, (q, start)), "a vertical hand would first have to jump upright"
+def test_a_hand_that_follows_the_tilt_rehearses_it(arm_model, hovering, monkeypatch):
+    heard = []
+    monkeypatch.setattr("drake_tracker.grasp.gate.rehearse", lambda *question: heard.append(list(question[3])) or True)
+
+    def climbs(t):
+        return circle(t) + np.asarray(t)[..., None] * [0.0, 0.0, 0.03, 0.0]
+
+    assert follow(arm_model, hovering, climbs, follow_tilt=True) and follow(arm_model, hovering, climbs)
+    tilted, vertical = ([pose.rotation().matrix()[:, 2] for pose in poses] for poses in heard)
+    np.testing.assert_allclose(vertical, np.tile([0.0, 0.0, -1.0], (len(vertical), 1)), atol=1e-12)
+    leans = np.degrees(np.arccos(-np.array(tilted)[:, 2]))
+    assert np.all(np.diff(leans) >= 0.0) and leans[0] < 1.0
+    assert leans[-1] == pytest.approx(
+        np.degrees(np.arctan(0.03 / np.linalg.norm(circle(0.01)[:2] - circle(0.0)[:2]) * 0.01)), abs=0.5
+    )
 
 
 def test_it_can_neither_descend_too_fast_nor_follow_a_fast_or_distant_object(arm_model, hovering):

@@ -106,7 +106,8 @@ class ToolMotion:
             is the best branch at the end of the motion, not at its beginning.
         flip_speed: speed of the last joint that a flip may use [rad/s].
         slope: of the surface on which objects move, to which the tool is square; None: the slope of the object's path,
-            as its velocity tells. The surface is level across the path, because vision does not measure a bank.
+            as its velocity tells, to which the tool tilts in a descent. A tilted hand that hovered would be in front of
+            the cameras. The surface is level across the path, because vision does not measure a bank.
     """
 
     def __init__(
@@ -176,7 +177,8 @@ class ToolMotion:
             if frame == MotionFrame.OBJECT and target.valid:
                 past -= self._step(target)
         else:
-            past = state.reference
+            past = state.reference.copy()
+        past[4:] = reference[4:]  # the rate of the slope is the tool's own
         return replace(state, reference=reference, previous_reference=past, frame=frame)
 
     def _filter_slope(self, state: ToolMotionState, target: Any) -> ToolMotionState:
@@ -193,7 +195,9 @@ class ToolMotion:
     def _slope(self, state: ToolMotionState, frame: MotionFrame, command: Any) -> Slope:
         """Returns the slope to which the tool shall be square in the frame of the object or of a goal."""
         if frame == MotionFrame.OBJECT:
-            return state.slope[:2] if self.slope is None else self.slope
+            if self.slope is not None:
+                return self.slope
+            return LEVEL if command.frozen == Frozen.FREE else state.slope[:2]
         if command.height != 0.0:
             return LEVEL
         return state.reference[4:] if frame == state.frame else state.tool[4:]

@@ -35,7 +35,7 @@ class Reach:
     """
 
     def __init__(self, description: ArmDescription, home: np.ndarray, grasp: GraspConfig) -> None:
-        self._heights, self._follows = (grasp.hover_height, grasp.grasp_height), grasp.follow_tilt
+        self._heights = ((grasp.hover_height, False), (grasp.grasp_height, grasp.follow_tilt))
         self.description, self.home = description, home
         self.model = make_arm_model(description)
         self._parameters = make_parameters(self.model, _STEP)
@@ -91,8 +91,8 @@ class Reach:
         the train [m] at which the place cannot be reached, None when it can."""
         x, y, heading = (float(value) for value in track.pose(s))
         z, rise, _ = (float(value) for value in track.profile(s))
-        slope = rise * np.array([np.cos(heading), np.sin(heading)]) if self._follows else LEVEL
-        for height in self._heights:
+        for height, tilts in self._heights:
+            slope = rise * np.array([np.cos(heading), np.sin(heading)]) if tilts else LEVEL
             p_WT = (x, y, self.home[2] + z) + height * surface_normal(slope)
             for yaw in (np.pi / 2, -np.pi / 2) if self.model.symmetric_hand else (np.pi / 2,):
                 X_WT = tool_down(p_WT, yaw, slope)

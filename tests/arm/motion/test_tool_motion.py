@@ -339,6 +339,10 @@ def test_a_hand_that_swings_about_the_base_chooses_the_branch_for_the_end_of_the
 SLOPE = np.array([0.12, -0.10])
 
 
+def descent():
+    return command(2, height=0.004, duration=0.36, frozen=Frozen.BLIND)
+
+
 def climbing(time, grade, noise=0.0, speed=SPEED):
     """An object on a straight along +x that climbs with a grade, seen with an error of its vertical speed."""
     pose = [0.4 + speed * time, 0.1, 0.5 + grade * speed * time, 0.0]
@@ -369,10 +373,14 @@ def test_the_hand_stands_square_over_a_surface_with_a_known_slope_until_it_goes_
 def test_the_hand_follows_the_slope_of_a_path_through_noise(grade):
     run, rng = Run(slope=None), np.random.default_rng(3)
     slopes = []
-    while run.time < 8.0:
+    while run.time < 2.0:  # above the object it stays vertical
         run.tick(command(), climbing(run.time, grade, rng.normal(0.0, 0.07 * 0.08), 0.08))
+        np.testing.assert_array_equal(run.state.tool[4:], 0.0)
+    while run.time < 8.0:
+        run.tick(descent(), climbing(run.time, grade, rng.normal(0.0, 0.07 * 0.08), 0.08))
         slopes.append(run.state.tool[4:])
-    late = np.array(slopes[100:])
+    assert np.max(np.abs(slopes[0])) < 0.02 and np.max(np.abs(np.diff(slopes, axis=0))) < 0.05
+    late = np.array(slopes[15:])
     assert np.mean(late[:, 0]) == pytest.approx(grade, abs=0.01) and np.max(np.abs(late[:, 1])) == 0.0
     assert np.std(late[:, 0]) < 0.03 and np.max(np.abs(np.diff(late[:, 0]))) < 0.02
 
@@ -380,11 +388,12 @@ def test_the_hand_follows_the_slope_of_a_path_through_noise(grade):
 def test_an_object_too_slow_to_tell_its_slope_leaves_the_hand_as_it_is_and_a_cliff_is_not_followed():
     run = Run(slope=None)
     while run.time < 3.0:
-        run.tick(command(), climbing(run.time, 0.2))
+        run.tick(descent(), climbing(run.time, 0.2))
     before = run.state.tool[4:].copy()
+    assert before[0] == pytest.approx(0.2, abs=1e-3)
     for _ in range(60):
-        run.tick(command(), target(pose_of(climbing(3.0, 0.2)), [0.001, 0.0, 0.02, 0.0]))
+        run.tick(descent(), target(pose_of(climbing(3.0, 0.2)), [0.001, 0.0, 0.02, 0.0]))
     np.testing.assert_allclose(run.state.tool[4:], before, atol=1e-4)
     while run.time < 9.0:
-        run.tick(command(), climbing(run.time, 3.0, speed=0.05))
+        run.tick(descent(), climbing(run.time, 3.0, speed=0.05))
     assert run.state.tool[4] == pytest.approx(np.tan(np.deg2rad(20.0)), abs=1e-3)
