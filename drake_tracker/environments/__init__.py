@@ -8,11 +8,7 @@ package imports it. Begin with `TrackerEnvironment`.
 """
 
 import lazy_loader
-
-try:
-    from gymnasium import register
-except ImportError as error:
-    raise ImportError("the environments need the package gymnasium: pip install 'drake-tracker[gym]'") from error
+from gymnasium import register
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _CLASS = "drake_tracker.environments.environment:TrackerEnvironment"

@@ -1,9 +1,7 @@
 """Tests of the environments: Gymnasium's checker, the same episode for the same seed, wrong actions, the end."""
 
 import hashlib
-import importlib
 import os
-import sys
 
 import gymnasium
 import numpy as np
@@ -227,9 +225,3 @@ def test_nothing_else_needs_gymnasium_except_one_command():
                 with open(os.path.join(folder, file), encoding="utf-8") as module:
                     text = module.read()
                 assert "gymnasium" not in text and "drake_tracker.environments" not in text, file
-
-
-def test_a_missing_gymnasium_is_named_with_its_remedy(monkeypatch):
-    monkeypatch.setitem(sys.modules, "gymnasium", None)
-    with pytest.raises(ImportError, match=r"pip install 'drake-tracker\[gym\]'"):
-        importlib.reload(drake_tracker.environments)
