@@ -5,10 +5,11 @@
     python benchmarks/all.py --only faults.jsonl,several.json --hours 1
 
 A result is stale if it rests on another behaviour of a packaged scenario than today's (`behaviour.py`). A benchmark
-resumes: it measures only what is missing. The stale lines of a JSONL file are therefore removed before its command.
-At the end of the time the command is interrupted, and every finished run is kept. The next call goes on. Costs are the
-times that the runs took, on one core; a result without times counts as an hour. Results outside of `COMMANDS` are
-listed only: speeds need a quiet machine, and some commands need files, installations or hours of their own.
+resumes: it measures only what is missing. The stale lines of a JSONL file are therefore moved to ``runs/stale`` before
+its commands. At the end of the time the command is interrupted, and every finished run is kept. The next call goes on.
+Costs are the times that the runs took, on one core; a result without times counts as an hour. Results outside of
+`COMMANDS` are listed only: speeds need a quiet machine, and some commands need files, installations or hours of their
+own.
 """
 
 import argparse
@@ -24,9 +25,19 @@ from shared.behaviour_rows import is_current, other_behaviours, results_of, side
 from shared.common import print_table
 from shared.stored import RESULTS, compressed, read_lines, result_files
 
+from drake_tracker.core.files.atomic_file import write_bytes
+
 HERE = Path(__file__).parent
+STALE = HERE.parent / "runs" / "stale"
+"""Folder of lines that were moved away to be measured again."""
 COMMANDS = {
-    "train_grasp.jsonl": ("train_grasp.py --scenario ladder --seeds 20", "train_grasp.py"),
+    "train_grasp.jsonl": (
+        "train_grasp.py --scenario ladder --seeds 20",
+        "train_grasp.py --cells paper",
+        "train_grasp.py --scenario train:learned --first-seed 500",
+        "train_grasp.py --scenario train:learned --cells cast-shadows-gated --first-seed 300",
+        "train_grasp.py --estimator all --first-seed 500 --seeds 3",
+    ),
     "ball.jsonl": ("ball.py",),
     "several.json": ("several.py",),
     "eyes_open.json": ("eyes_open.py",),
@@ -90,36 +101,50 @@ def overview():
 
 def list_all():
     """Prints all results; returns 1 if one is stale."""
-    rows = []
-    for path, results, stale in overview():
+    rows, found = [], overview()
+    for path, results, stale in found:
         scenarios = sorted({name for result in stale for name in other_behaviours(result)})
         state = f"{len(stale)} of {len(results)} stale: {', '.join(scenarios)}" if stale else "current"
         minutes = max(1, round(cost(stale or results) / 60))
         rows.append([path.name, state, f"{minutes} min", commands_of(path, results)])
     print_table(["result", "state", "cost on one core", "commands"], rows)
-    return int(any(stale for _, _, stale in overview()))
+    return int(any(stale for _, _, stale in found))
 
 
-def drop_stale(path):
-    """Removes the lines of a JSONL file that rest on another behaviour than today's."""
+def move_stale(path, away):
+    """Moves the lines of a JSONL file that rest on another behaviour than today's to a file of the same name.
+
+    Args:
+        path: the result file.
+        away: folder of the other file, to which the lines are appended first, so that none is lost.
+    """
     made_by = sidecar(path).get("behaviour", {})
-    kept = [row for row in read_lines(path) if is_current({"behaviour": made_by, **row})]
-    text = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in kept)
-    compressed(path).write_bytes(gzip.compress(text.encode(), mtime=0))
+    rows = read_lines(path)
+    stale = [row for row in rows if not is_current({"behaviour": made_by, **row})]
+    if not stale:
+        return
+    away.mkdir(parents=True, exist_ok=True)
+    with (away / path.name).open("a", encoding="utf-8") as file:
+        file.writelines(json.dumps(row) + "\n" for row in stale)
+    text = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in rows if row not in stale)
+    write_bytes(compressed(path), gzip.compress(text.encode(), mtime=0))
     path.unlink(missing_ok=True)
 
 
 def run(command, seconds):
-    """Runs the command of a benchmark for a time at most [s]; returns whether it ended by itself and well."""
+    """Runs the command of a benchmark for a time at most [s]; returns its exit code, None if the time was over."""
     print(f"python benchmarks/{command}", file=sys.stderr, flush=True)
     name, *arguments = command.split()
     process = subprocess.Popen([sys.executable, HERE / name, *arguments], cwd=HERE.parent)
     try:
-        return process.wait(seconds) == 0
-    except (subprocess.TimeoutExpired, KeyboardInterrupt):
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
         process.send_signal(signal.SIGINT)
         process.wait()
-        return False
+        return None
+    except KeyboardInterrupt:  # the benchmark has the signal, too, and keeps what it has
+        process.wait()
+        sys.exit(130)
 
 
 def measure(only, hours):
@@ -129,12 +154,14 @@ def measure(only, hours):
         if path.name not in COMMANDS or (path.name not in only if only else not stale):
             continue
         if path.suffix == ".jsonl":
-            drop_stale(path)
+            move_stale(path, STALE)
         for command in COMMANDS[path.name]:
-            if end <= time.monotonic() or not run(command, end - time.monotonic()):
-                print(f"{path.name} is not finished; the same command goes on", file=sys.stderr)
-                if end <= time.monotonic():
-                    return 1
+            code = run(command, max(end - time.monotonic(), 0.0))
+            if code is None:
+                print(f"the time is over; {path.name} is not finished, the same command goes on", file=sys.stderr)
+                return 1
+            if code:
+                print(f"{path.name}: python benchmarks/{command} ended with exit code {code}", file=sys.stderr)
     return list_all()
 
 

@@ -1,7 +1,7 @@
 """Measures how often a descent that begins at a drawn time lifts the object, beside the probability computed for it.
 
-    python benchmarks/launches.py                                  every group, 3,000 launches each; resumes
-    python benchmarks/launches.py --group guided --launches 300    some of them
+    python benchmarks/launches.py                              every group; resumes
+    python benchmarks/launches.py --group guided --runs 300    some of them
 
 The launch gate is replaced by a drawn time, so that launches of every probability occur. Measured vision. Of each run
 the first descent counts: it is a success if the jaws hold the object and have lifted it. A seed draws path, speed, lag
@@ -12,8 +12,8 @@ of vision, opening of the jaws and the time of the launch:
   not turn;
 - ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count.
 
-A row also has what the success law is fitted to: distances, curvatures and tolerances of the run. Seeds 83000 and
-above are published, 82000 to 82999 were used to choose constants. Each run becomes a line of ``results/launches.jsonl``
+A row also has distances, curvatures and tolerances of the run. Seeds from 83000 on are for results, 82000 to 82999 for
+the choice of constants. Each run becomes a line of ``results/launches.jsonl``
 as soon as it ends.
 """
 
@@ -41,7 +41,9 @@ from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.train.setup import resolve
 
-FIRST_SEED, LAUNCHES = 83000, 3000
+FIRST_SEED = 83000
+RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300}
+"""{group: its runs}; a run of the conveyor has about twelve descents."""
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {"learned": "train:learned", "guided": "train:guided", "conveyor": "conveyor:measured"}
 """{group: its scenario}."""
@@ -221,14 +223,15 @@ def describe(row):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--group", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)} (default: all)")
-    parser.add_argument("--launches", type=int, default=LAUNCHES, help="runs of each group")
+    parser.add_argument("--runs", type=int, help="runs of each group (default: 3,000, of the conveyor 300)")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
     done = {(row["group"], row["seed"]) for row in read_lines(options.results)}
-    seeds = range(options.first_seed, options.first_seed + options.launches)
-    jobs = [(group, seed) for seed in seeds for group in options.group.split(",")]
+    counts = {group: options.runs or RUNS[group] for group in options.group.split(",")}
+    numbers = range(max(counts.values()))
+    jobs = [(group, options.first_seed + k) for k in numbers for group, count in counts.items() if k < count]
     append_results(run_one, [job for job in jobs if job not in done], options.results, options.workers, describe)
 
 

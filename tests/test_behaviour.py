@@ -145,9 +145,20 @@ def test_every_listed_result_exists_and_its_commands_are_scripts():
     assert all(all_results.cost(results) > 0.0 for _, results, _ in overview)
 
 
-def test_only_stale_lines_are_dropped(tmp_path):
+def test_only_stale_lines_are_moved_away(tmp_path):
     today, path = RECORDS["train:hill"]["number"], tmp_path / "runs.jsonl"
     rows = [{"seed": seed, "behaviour": {"train:hill": number}} for seed, number in enumerate([1, None, today, today])]
     path.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    all_results.drop_stale(path)
+    all_results.move_stale(path, tmp_path / "stale")
     assert not path.exists() and read_lines(path) == rows[2:]
+    assert read_lines(tmp_path / "stale" / "runs.jsonl") == rows[:2]
+    all_results.move_stale(path, tmp_path / "stale")
+    assert read_lines(path) == rows[2:] and read_lines(tmp_path / "stale" / "runs.jsonl") == rows[:2]
+
+
+def test_a_command_that_fails_or_outlasts_the_time_is_told_apart(monkeypatch, tmp_path):
+    monkeypatch.setattr(all_results, "HERE", tmp_path)
+    (tmp_path / "bad.py").write_text("raise SystemExit(3)")
+    (tmp_path / "long.py").write_text("import time; time.sleep(60)")
+    assert all_results.run("bad.py", 30.0) == 3
+    assert all_results.run("long.py", 0.2) is None

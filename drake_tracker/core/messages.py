@@ -199,8 +199,8 @@ now being computed is due; stamp and seq of the packet on which it is based; the
 ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
 """Command of the motor schema to the arm: number of the phase; counter that starts a new straight-line motion when it
 changes; duration of that motion [s]; ``frame`` in which to move (0 home, 1 with the object, 2 at rest where the object
-was when the motion began); height of the tool above the object's reference point [m]; ``frozen``, a `Frozen`; jaw
-opening [m]."""
+was when the motion began, 3 at the goal of the decision); height of the tool above the object's reference point, square
+to its surface [m]; ``frozen``, a `Frozen`; jaw opening [m]."""
 
 
 class Frozen(IntEnum):

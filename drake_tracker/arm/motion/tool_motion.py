@@ -73,7 +73,7 @@ class ToolMotionState(FrozenState):
         flip_start: time at which the flip began [s], minus infinity when there was none.
         flip_duration: duration of the flip [s].
         fraction: completed fraction of the motion's time, 0 to 1.
-        slope: filtered slope of the object's path, and its rate per second, shape (4,).
+        path_slope: filtered slope of the object's path, and its rate per second, shape (4,).
     """
 
     tool: np.ndarray
@@ -90,7 +90,7 @@ class ToolMotionState(FrozenState):
     flip_start: float
     flip_duration: float
     fraction: float
-    slope: np.ndarray
+    path_slope: np.ndarray
 
 
 class ToolMotion:
@@ -186,18 +186,18 @@ class ToolMotion:
         if self.slope is not None:
             return state
         if state.frame != MotionFrame.OBJECT:
-            state = replace(state, slope=np.array([*state.tool[4:], *LEVEL]))
-        value, rate = state.slope[:2], state.slope[2:]
+            state = replace(state, path_slope=np.array([*state.tool[4:], *LEVEL]))
+        value, rate = state.path_slope[:2], state.path_slope[2:]
         error = slope_along(np.array([target.vx, target.vy, target.vz]), value) - value
         rate = rate + self.period * SLOPE_RATE * (SLOPE_RATE * error - 2.0 * rate)
-        return replace(state, slope=np.concatenate([value + self.period * rate, rate]))
+        return replace(state, path_slope=np.concatenate([value + self.period * rate, rate]))
 
     def _slope(self, state: ToolMotionState, frame: MotionFrame, command: Any) -> Slope:
         """Returns the slope to which the tool shall be square in the frame of the object or of a goal."""
         if frame == MotionFrame.OBJECT:
             if self.slope is not None:
                 return self.slope
-            return LEVEL if command.frozen == Frozen.FREE else state.slope[:2]
+            return LEVEL if command.frozen == Frozen.FREE else state.path_slope[:2]
         if command.height != 0.0:
             return LEVEL
         return state.reference[4:] if frame == state.frame else state.tool[4:]

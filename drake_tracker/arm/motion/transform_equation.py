@@ -101,11 +101,11 @@ def shrink_drive(start: Drive, rate: Drive, fraction: float, duration: float) ->
     """
     t = min(max(fraction, 0.0), 1.0)
     value = 1.0 - share_done(t)
-    slope = duration * (t - t**3 * (6.0 - 8.0 * t + 3.0 * t**2))
+    onset = duration * (t - t**3 * (6.0 - 8.0 * t + 3.0 * t**2))
     return Drive(
-        value * start.translation + slope * rate.translation,
-        value * start.turn + slope * rate.turn,
-        value * start.slope + slope * rate.slope,
+        value * start.translation + onset * rate.translation,
+        value * start.turn + onset * rate.turn,
+        value * start.slope + onset * rate.slope,
     )
 
 
