@@ -65,8 +65,8 @@ LARGEST_OVERLAP = 1e-3
 class BaseWorldDiagram(Diagram):
     """A laboratory: everything that is real, and the only place that holds the ground truth.
 
-    A derived class adds its plant, cameras and judge to a builder, calls `place_robot` and `export_robot`, exports its
-    own ports, and calls ``builder.BuildInto(self)``.
+    A derived class adds its plant, cameras and judge to a builder, calls `place_robot`, `check_layout` and
+    `export_robot`, exports its own ports, and calls ``builder.BuildInto(self)``.
 
     Args:
         config: common settings of all laboratories.
@@ -86,19 +86,18 @@ class BaseWorldDiagram(Diagram):
         self.image_latency = config.image_latency
 
     def place_robot(self, config: WorldConfig) -> None:
-        """Names the plant, and places the arm and the jaws, if there are any.
-
-        Raises DrakeTrackerError when bodies of the laboratory overlap at the start: contact would jam them.
-        """
+        """Names the plant, and places the arm and the jaws, if there are any."""
         plant, laboratory = self.laboratory.plant, self.laboratory
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, config.q_initial)
         if config.arm.has_fingers:
             plant.SetDefaultPositions(laboratory.gripper, [0.5 * config.jaw_opening, 0.5 * config.jaw_opening])
-        self._check_layout()
 
-    def _check_layout(self) -> None:
-        """Raises DrakeTrackerError when bodies overlap at the start. Called before there is a renderer to copy."""
+    def check_layout(self) -> None:
+        """Raises DrakeTrackerError when bodies overlap at the start: contact would jam them.
+
+        Everything must have been placed, and there must be no renderer yet that could be copied.
+        """
         plant = self.laboratory.plant
         scene_graph = self.laboratory.scene_graph
         context = scene_graph.CreateDefaultContext()

@@ -85,6 +85,7 @@ class BallWorldDiagram(BaseWorldDiagram):
         )
         plant = laboratory.plant
         self.place_robot(config)
+        self.check_layout()
         release = add_release(
             builder,
             plant=plant,

@@ -93,6 +93,7 @@ class ConveyorWorldDiagram(BaseWorldDiagram):
         )
         plant = laboratory.plant
         self.place_robot(config)
+        self.check_layout()
         drive = add_belt_drive(builder, plant=plant, belt=laboratory.belt, motion=self.motion, faults=config.faults)
         self.add_faults(builder, config)
         self.cameras = add_faulty_cameras(builder, laboratory=laboratory, config=config, cameras=cameras)

@@ -136,6 +136,8 @@ class WorldDiagram(BaseWorldDiagram):
             builder.ExportInput(rail.GetInputPort("launch"), "launch")
         self.add_faults(builder, config)
 
+        self.check_layout()
+
         # Look at the scene.
         windows = config.windows
         if windows and (0, 0, cameras.width, cameras.height) not in windows.values():
