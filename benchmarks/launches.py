@@ -10,7 +10,8 @@ of vision, opening of the jaws and the time of the launch:
 - ``learned``: the blind descent of `train:learned` on closed tracks;
 - ``guided``: the guided descent of `train:guided`, on closed tracks and random walks, of a train or of a cube that does
   not turn;
-- ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count.
+- ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count. The
+  jaws open little wider than the discs, the widest parts.
 
 A row also has distances, curvatures and tolerances of the run. Seeds from 83000 on are for results, 82000 to 82999 for
 the choice of constants. Each run becomes a line of ``results/launches.jsonl``
@@ -93,7 +94,7 @@ def draw_belt(seed):
         "belt.acceleration": round(math.exp(rng.uniform(math.log(0.2), math.log(3.0))), 3),
         "arrivals.rate": 30.0,
         "pick.launch_probability": 0.0,
-        "pick.jaw_opening": round(rng.uniform(0.06, 0.088), 4),
+        "pick.jaw_opening": round(0.040 + math.exp(rng.uniform(math.log(0.0002), math.log(0.012))), 5),
         "duration": BELT_TIME,
     }
     return found, int(rng.choice(LAGS))

@@ -9,21 +9,29 @@ better light than the tracking cameras see it (`drake_tracker/figures/studio.py`
 
 import argparse
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 from PIL import Image
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.log import load_log
+from drake_tracker.core.log import Signal, load_log
+from drake_tracker.diagrams.parts import arm_of
 from drake_tracker.figures.grasp_frames import moments, render_frames
-from drake_tracker.figures.studio import ball_studio, conveyor_studio, train_studio
+from drake_tracker.figures.studio import Studio, add_cove, body_positions, joints_of, sample, train_studio
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.conveyor.setup import resolve as resolve_conveyor
+from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.setup import resolve as resolve_train
+from drake_tracker.world.ball.ball_fixtures import GATE_TRAVEL
+from drake_tracker.world.ball.ball_plant import add_ball_laboratory
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.conveyor_plant import add_conveyor_laboratory
 
 IMAGES = Path(__file__).parent / "images"
 SHOWN = ("track", "grasp", "lift")
@@ -41,6 +49,58 @@ BEFORE_CROSSING = 0.3
 """Time [s] before the ball leaves the board at which it is shown."""
 FIRST_SIGHT = 2.0
 """Simulated time [s] of the images of the two cameras."""
+
+
+def ball_studio(scenario, folder):
+    """Returns the `Studio` of a scenario of the ball, with board and ball; the gate is open."""
+    builder = DiagramBuilder()
+    laboratory = add_ball_laboratory(
+        builder,
+        description=arm_of(scenario),
+        board=scenario.board,
+        ball=scenario.ball,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+        decorate=add_cove,
+    )
+    places = [
+        (laboratory.arm, joints_of(laboratory)),
+        (laboratory.gate, lambda log, time: [GATE_TRAVEL]),
+        (laboratory.ball, lambda log, time: body_positions(log["truth_ball_state"], time)),
+    ]
+    return Studio(laboratory, builder, places, folder)
+
+
+def conveyor_studio(setup, folder):
+    """Returns the `Studio` of a scenario of the conveyor, with belt, trays and parts."""
+    builder = DiagramBuilder()
+    scenario, arrivals, motion = setup.scenario, setup.arrivals, make_belt_motion(setup.scenario.belt)
+    laboratory = add_conveyor_laboratory(
+        builder,
+        description=setup.arm,
+        belt=scenario.belt,
+        tray=scenario.tray,
+        motion=motion,
+        arrivals=arrivals,
+        duration=scenario.duration,
+        time_step=scenario.time_step,
+        decorate=add_cove,
+    )
+    places = [
+        (laboratory.arm, joints_of(laboratory)),
+        (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
+        (laboratory.belt, lambda log, time: [motion.distance(time)]),
+    ]
+    for k, part in enumerate(laboratory.parts):
+        names = tuple(f"{field}_{k}" for field in BODY_STATE)
+        places.append((part.model_instance(), partial(part_positions, names=names)))
+    return Studio(laboratory, builder, places, folder)
+
+
+def part_positions(log, time, names):
+    """Returns the positions of a part from the logged states of all parts."""
+    states = log["truth_part_states"]
+    return body_positions(Signal(states.times, states.view(*names), tuple(names)), time)
 
 
 def draw_laboratory(studio, log, times):

@@ -23,6 +23,5 @@ from .measured_arc import filter_arc_lengths as filter_arc_lengths
 from .measured_arc import filtered_arc as filtered_arc
 from .measured_arc import measured_density as measured_density
 from .studio import Studio as Studio
-from .studio import ball_studio as ball_studio
 from .studio import train_studio as train_studio
 from .trajectory import draw_trajectory as draw_trajectory

@@ -5,7 +5,6 @@ The light comes from soft boxes and from one lamp that casts shadows. Images are
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,15 +30,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from drake_tracker.core.log import Signal
-from drake_tracker.diagrams.parts import arm_of
-from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.conveyor.setup import ConveyorSetup
-from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.setup import TrainSetup
-from drake_tracker.world.ball.ball_fixtures import GATE_TRAVEL
-from drake_tracker.world.ball.ball_plant import add_ball_laboratory
-from drake_tracker.world.conveyor.belt_motion import make_belt_motion
-from drake_tracker.world.conveyor.conveyor_plant import add_conveyor_laboratory
 from drake_tracker.world.imaging.cameras import camera_poses
 from drake_tracker.world.train.plant import add_laboratory
 from drake_tracker.world.train.track_visual import add_track_visual
@@ -140,80 +131,19 @@ def train_studio(setup: TrainSetup, folder: str | os.PathLike[str]) -> Studio:
         decorate=decorate,
     )
     places: Places = [
-        (laboratory.arm, _joints(laboratory)),
+        (laboratory.arm, joints_of(laboratory)),
         (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
-        (laboratory.train, lambda log, time: _body(log["truth_train_state"], time)),
+        (laboratory.train, lambda log, time: body_positions(log["truth_train_state"], time)),
     ]
     return Studio(laboratory, builder, places, folder)
 
 
-def ball_studio(scenario: BallScenario, folder: str | os.PathLike[str]) -> Studio:
-    """Returns the `Studio` of a scenario of the ball, with board and ball; the gate is open.
-
-    Args:
-        scenario: of the run.
-        folder: for the file of the studio's light.
-    """
-    builder = DiagramBuilder()
-    laboratory = add_ball_laboratory(
-        builder,
-        description=arm_of(scenario),
-        board=scenario.board,
-        ball=scenario.ball,
-        seed=scenario.seed,
-        time_step=scenario.time_step,
-        decorate=add_cove,
-    )
-    places: Places = [
-        (laboratory.arm, _joints(laboratory)),
-        (laboratory.gate, lambda log, time: [GATE_TRAVEL]),
-        (laboratory.ball, lambda log, time: _body(log["truth_ball_state"], time)),
-    ]
-    return Studio(laboratory, builder, places, folder)
-
-
-def conveyor_studio(setup: ConveyorSetup, folder: str | os.PathLike[str]) -> Studio:
-    """Returns the `Studio` of a scenario of the conveyor, with belt, trays and parts.
-
-    Args:
-        setup: the resolved scenario of the run.
-        folder: for the file of the studio's light.
-    """
-    builder = DiagramBuilder()
-    scenario, arrivals, motion = setup.scenario, setup.arrivals, make_belt_motion(setup.scenario.belt)
-    laboratory = add_conveyor_laboratory(
-        builder,
-        description=setup.arm,
-        belt=scenario.belt,
-        tray=scenario.tray,
-        motion=motion,
-        arrivals=arrivals,
-        duration=scenario.duration,
-        time_step=scenario.time_step,
-        decorate=add_cove,
-    )
-    places: list[Any] = [
-        (laboratory.arm, _joints(laboratory)),
-        (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
-        (laboratory.belt, lambda log, time: [motion.distance(time)]),
-    ]
-    for k, part in enumerate(laboratory.parts):
-        names = tuple(f"{field}_{k}" for field in BODY_STATE)
-        places.append((part.model_instance(), partial(_part, names=names)))
-    return Studio(laboratory, builder, places, folder)
-
-
-def _part(log: Mapping[str, Signal], time: float, names: Sequence[str]) -> np.ndarray:
-    """Returns the positions of a part from the logged states of all parts."""
-    states = log["truth_part_states"]
-    return _body(Signal(states.times, states.view(*names), tuple(names)), time)
-
-
-def _joints(laboratory: Any) -> Callable[[Mapping[str, Signal], float], np.ndarray]:
+def joints_of(laboratory: Any) -> Callable[[Mapping[str, Signal], float], np.ndarray]:
+    """Returns a function (log, time [s]) -> joints of the arm [rad]."""
     return lambda log, time: sample(log["arm_state"], time)[: laboratory.plant.num_positions(laboratory.arm)]
 
 
-def _body(state: Signal, time: float) -> np.ndarray:
+def body_positions(state: Signal, time: float) -> np.ndarray:
     """Returns the positions (quaternion, position) of a free body from its logged state."""
     body = sample(state, time)
     body[:4] /= np.linalg.norm(body[:4])

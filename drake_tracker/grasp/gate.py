@@ -17,7 +17,7 @@ from drake_tracker.arm.motion.transform_equation import LEVEL, Slope, share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.corner_memory import is_restless
-from drake_tracker.grasp.descent import horizon, is_wrong, lately_judged
+from drake_tracker.grasp.descent import calibrated, horizon, is_wrong, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     HEIGHT,
@@ -47,9 +47,10 @@ FEWEST_RECORDS = 3
 FEWEST_JUDGED = 10
 """Fewest recent predictions that must have been judged before a probability opens the gate."""
 LEAST_CHANCE, NEARLY = 0.4, 0.95
-"""Least probability with which a restless object is grasped, and share of the best one lately; chosen as `KNOWN_BY`."""
-STRICTER = (0.9, 1.0), (LEAST_CHANCE, 1.0)
-"""Thresholds `GraspConfig.launch_probability`, and the least probability that belongs to each."""
+"""Least computed probability with which a restless object is grasped, and share of the best one lately; chosen as
+`KNOWN_BY`."""
+STRICTER = (0.96, 1.0), (LEAST_CHANCE, 1.0)
+"""Thresholds `GraspConfig.launch_probability`, and the least computed probability that belongs to each."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
 STARTING = 1.0
@@ -77,7 +78,7 @@ class Gate(IntEnum):
 
 
 def judge_probability(
-    config: GraspConfig, memory: PredictionMemory, target: Any, p_success: float, best: float = 1.0
+    config: GraspConfig, memory: PredictionMemory, target: Any, computed: float, best: float = 1.0
 ) -> Gate:
     """Returns the verdict of the gate ``probability``.
 
@@ -87,15 +88,15 @@ def judge_probability(
         config: the threshold.
         memory: predictions made so far.
         target: the newest `ServoTarget`.
-        p_success: probability that a grasp succeeds.
+        computed: probability that a grasp succeeds, before it is calibrated.
         best: highest such probability lately.
     """
     if len(lately_judged(config, memory, target)) < FEWEST_JUDGED:
         return Gate.NO_MEMORY
-    if p_success >= config.launch_probability:
+    if calibrated(computed, config.descent) >= config.launch_probability:
         return Gate.OPEN
     least = float(np.interp(config.launch_probability, *STRICTER))
-    worth = p_success >= max(least, NEARLY * best)
+    worth = computed >= max(least, NEARLY * best)
     if worth and is_restless(memory, is_wrong(config, memory.records), horizon(config, target)):
         return Gate.OPEN
     return Gate.SUCCESS_UNLIKELY

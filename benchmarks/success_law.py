@@ -1,0 +1,289 @@
+"""Measures descents over speeds, lags, noises, paths, arms and estimators, for a law that says what decides success.
+
+    python benchmarks/success_law.py                 the runs to which the law is fitted, and the cells that check it
+    python benchmarks/success_law.py --part cells    the runs of one part; resumes
+
+The hand descends at a drawn time, whether or not the probability of success is high. Measured vision, whose errors are
+scaled. Of each run the first descent counts: it is a success if the jaws hold the object and have lifted it. An arm
+that has not begun a descent within `PATIENCE` has failed.
+
+- ``fit``: a seed draws everything.
+- ``cells``: the seed draws only the place of the track, where the object starts, the noise and the time of the launch.
+  Each cell has an arm, a family of paths or an estimator that ``fit`` does not have. The Panda needs
+  ``pip install example-robot-data==6.0.0``.
+
+Each run becomes a line of ``results/success_law.jsonl`` as soon as it ends.
+"""
+
+import argparse
+import math
+import os
+import tempfile
+import time
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import launches
+import numpy as np
+import yaml
+from shared import common
+from shared.common import append_results
+from shared.stored import read_lines
+
+from drake_tracker import load_scenario
+from drake_tracker.arm.motion.differential_ik import EFFORT_SHARE, SPEED_SHARE
+from drake_tracker.campaign.plan import Lost
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.grasp.descent import RESPONSE, time_to_touch
+from drake_tracker.measured.measured_error_file import load_error, save_error
+from drake_tracker.tasks import train
+from drake_tracker.tasks.train.setup import resolve
+
+FIRST_SEED = {"fit": 84000, "cells": 85000}
+RESULTS = common.RESULTS / "success_law.jsonl"
+PACKAGED = Path(train.__file__).with_name("train_vision.yaml")
+"""The measured error of the packaged cameras."""
+RUNS = {"fit": 3000, "cells": 300}
+"""Runs of the fit, and of each cell."""
+PATIENCE = 12.0
+"""Simulated time [s] after which a run without a launch ends."""
+ARMS = {
+    "PUMA 560": "!Puma560 {}",
+    "UR5e": "!UR5e {}",
+    "seven joints": "!Custom {call: shared.public_arms.seven_with_jaws}",
+    "Panda": "!Custom {call: shared.public_arms.panda}",
+}
+ESTIMATORS = {
+    "arc length": "!ArcLength {}",
+    "coordinated turn": "!CoordinatedTurn {}",
+    "closed path": "!ClosedPath {}",
+    "alpha-beta-gamma": "!AlphaBetaGamma {}",
+}
+PATHS = ("oval", "stadium", "figure_eight", "random_walk")
+"""Families of paths of the fit. `sinusoid` and `circle` are in cells only."""
+SHARES = np.linspace(0.0, 1.0, 26)
+DELAYS = (0.0, 0.1, 0.2, 0.3)
+"""Times [s] added to the horizon for which the stray of the path is computed."""
+TURN = math.radians(22.0)
+"""Error of the direction at which half of the trains are lifted (`grasp/descent.py::OBLIQUE`)."""
+
+
+USUAL = {
+    "arm": "PUMA 560",
+    "estimator": "closed path",
+    "descent": "guided",
+    "body": "train",
+    "path": "oval",
+    "speed": 0.2,
+    "lag": 15,
+    "noise": 1.0,
+    "jaws": 0.088,
+    "size": {},
+}
+"""What a cell has unless it says otherwise: speed [m/s], lag [cycles of 1/60 s], factor of the errors of vision, jaws
+[m], and settings of the track."""
+
+
+def condition(**given):
+    """Returns a condition: what a cell fixes and what a seed of the fit draws."""
+    return {**USUAL, **given}
+
+
+def drawn(seed):
+    """Returns the condition that a seed of the fit draws."""
+    rng = np.random.default_rng([seed, 84])
+    path = str(rng.choice(PATHS))
+    size = {
+        "track.semi_axes": np.round(rng.uniform([0.05, 0.10], [0.16, 0.22]), 3).tolist(),
+        "track.radius": round(rng.uniform(0.05, 0.16), 3),
+        "track.straight": round(rng.uniform(0.05, 0.20), 3),
+        "track.corner_radius": round(log_uniform(rng, 0.01, 0.08), 4),
+    }
+    if path == "random_walk":
+        size["track.straight_range"] = [0.04, round(rng.uniform(0.06, 0.25), 3)]
+    return condition(
+        path=path,
+        size=size,
+        arm=str(rng.choice(["PUMA 560", "UR5e", "seven joints"])),
+        estimator=str(rng.choice(["arc length", "coordinated turn", "closed path"])),
+        descent=str(rng.choice(["guided", "guided", "blind"])),
+        body=str(rng.choice(["train", "train", "cube"])),
+        speed=round(log_uniform(rng, 0.05, 0.5), 4),
+        lag=int(rng.integers(2, 31)),
+        noise=round(log_uniform(rng, 0.5, 6.0), 3),
+        jaws=round(rng.uniform(0.050, 0.088), 4),
+    )
+
+
+def log_uniform(rng, low, high):
+    return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+
+CELLS = {}
+"""{cell: its condition}."""
+
+
+def scenario_of(condition, seed, folder):
+    """Returns the scenario of a run. Its noise is written into a folder."""
+    rng = np.random.default_rng([seed, 85])
+    closed = condition["path"] not in ("random_walk", "sinusoid")
+    settings = {
+        **condition["size"],
+        "track.kind": condition["path"],
+        "track.speed": condition["speed"],
+        "arm": ARMS[condition["arm"]],
+        "estimator": ESTIMATORS[condition["estimator"]],
+        "vision": f"!Measured {{method: !SeveralObjects {{}}, outline: box, lag_cycles: {condition['lag']}, "
+        f"file: {noise_file(condition['noise'], folder)}}}",
+        "grasp.descent": condition["descent"],
+        "grasp.launch_probability": 0.0,
+        "grasp.settle_time": round(rng.uniform(0.5, 6.0 if closed else 2.0), 2),
+        "grasp.jaw_opening": condition["jaws"],
+        "duration": PATIENCE,
+    }
+    if condition["path"] == "random_walk":
+        settings["track.length"] = 2.0
+    if condition["body"] == "cube":
+        settings |= {"train.body": "cube", "track.turns": "false"}
+    return load_scenario("train:guided", seed=seed, overrides=[f"{key}={value}" for key, value in settings.items()])
+
+
+def noise_file(scale, folder):
+    """Writes the error of the packaged cameras, with its random part scaled, to a file; returns its path."""
+    path = Path(folder) / f"noise_{scale:g}.yaml"
+    error = packaged_error()
+    random = {"pattern": scale * error.pattern, "jitter": scale * error.jitter}
+    save_error(path, replace(error, **random), rig=yaml.safe_load(PACKAGED.read_text())["rig"], notes={"scale": scale})
+    return path
+
+
+@lru_cache(maxsize=1)
+def packaged_error():
+    return load_error(PACKAGED)
+
+
+def features(scenario, condition):
+    """Returns what the law rests on, in SI units: {name: value}.
+
+    ``strays`` has, for each of `DELAYS`, the quantiles `SHARES` of how far the path strays, within the horizon, from an
+    arc that continues it, as a share of what the jaws tolerate: across the path, in direction, and for an object that
+    does not turn along the path.
+    """
+    setup = resolve(scenario)
+    track, _ = setup.placement
+    grasp, speed, lag = setup.grasp, scenario.track.speed, condition["lag"] / 60.0
+    horizon = lag + (RESPONSE if grasp.descent == "guided" else time_to_touch(grasp))
+    room = 0.5 * (grasp.jaw_opening - grasp.object_width)
+    s = np.linspace(0.0, track.length, 600, endpoint=not track.closed)
+    bend = np.abs(track.curvature(s))
+    covariance = packaged_error().covariance(0.0, speed)
+    return {
+        "horizon_s": round(horizon, 4),
+        "room_m": round(room, 5),
+        "reach_m": grasp.reach,
+        "turns": grasp.turns,
+        "length_m": round(track.length, 3),
+        "closed": track.closed,
+        "noise_m": round(condition["noise"] * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])), 6),
+        **arm_limits(setup.reach.model, setup.reach.q_initial),
+        "bend_max": round(float(bend.max()), 2),
+        "bend_rms": round(float(np.sqrt(np.mean(bend**2))), 2),
+        "strays": [quantiles(track, s, speed * (horizon + delay), room, grasp) for delay in DELAYS],
+    }
+
+
+def arm_limits(model, q):
+    """Returns the largest speed [m/s], rate of turn [rad/s] and acceleration [m/s^2] of a hand that points down, in the
+    direction in which they are smallest.
+
+    Args:
+        model: an `ArmModel`.
+        q: joints over the middle of the table [rad], shape (n,).
+    """
+    _, J = model.tool_pose_and_jacobian(q)
+    inverse = np.linalg.pinv(J)
+    zero = np.zeros(model.num_joints)
+    at_rest = model.drive_torques(q, zero, zero)
+    spare = EFFORT_SHARE * (model.effort_limit - np.abs(at_rest))
+    speeds, accelerations = [], []
+    for angle in np.linspace(0.0, np.pi, 16, endpoint=False):
+        rates = inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0]
+        speeds.append(np.min(SPEED_SHARE * model.velocity_limit / np.maximum(np.abs(rates), 1e-9)))
+        torques = model.drive_torques(q, zero, rates) - at_rest
+        accelerations.append(np.min(spare / np.maximum(np.abs(torques), 1e-9)))
+    turning = inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    turn = np.min(SPEED_SHARE * model.velocity_limit / np.maximum(np.abs(turning), 1e-9))
+    return {
+        "arm_speed": round(float(min(speeds)), 3),
+        "arm_turn": round(float(turn), 3),
+        "arm_acceleration": round(float(min(accelerations)), 3),
+    }
+
+
+def quantiles(track, s, distance, room, grasp):
+    across, along, turn = strays(track, s, distance)
+    ratios = [np.abs(across) / room]
+    ratios.append(np.abs(turn) / TURN if grasp.turns else np.abs(along) / grasp.reach)
+    return np.round(np.quantile(np.max(ratios, axis=0), SHARES), 3).tolist()
+
+
+def strays(track, s, distance):
+    """Returns where the track is, ``distance`` [m] behind the places ``s``, relative to an arc that continues it there.
+
+    Returns:
+        offsets across and along the track [m], and in direction [rad].
+    """
+    if not track.closed:
+        s = s[s < max(track.length - distance, s[1])]
+    x, y, heading = track.pose(s)
+    turn = track.curvature(s) * distance
+    chord = distance * np.sinc(0.5 * turn / np.pi)
+    there_x, there_y, there_yaw = track.pose(s + distance)
+    dx = x + chord * np.cos(heading + 0.5 * turn) - there_x
+    dy = y + chord * np.sin(heading + 0.5 * turn) - there_y
+    cos, sin = np.cos(there_yaw), np.sin(there_yaw)
+    difference = heading + turn - there_yaw
+    return cos * dy - sin * dx, cos * dx + sin * dy, np.arctan2(np.sin(difference), np.cos(difference))
+
+
+def run_one(job):
+    """Runs one descent in a worker; returns its line, or `Lost`."""
+    part, cell, seed = job
+    start = time.monotonic()
+    condition = CELLS[cell] if part == "cells" else drawn(seed)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            scenario = scenario_of(condition, seed, folder)
+            found = {**features(scenario, condition), **launches.first_descent(scenario)}
+    except DrakeTrackerError as error:
+        found = {"end": "refused", "lifted": False, "said": str(error).splitlines()[0]}
+    except (MemoryError, OSError) as error:
+        return Lost(f"{type(error).__name__}: {error}")
+    row = {"part": part, "cell": cell, "seed": seed, "scenario": "train:guided", **condition, **found}
+    return {**row, "wall_s": round(time.monotonic() - start, 2)}
+
+
+def describe(row):
+    return f"{row['cell'] or row['part']}, seed {row['seed']}: {row['end']}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--part", choices=RUNS, help="runs of one part (default: of both)")
+    parser.add_argument("--runs", type=int, help="runs of the fit, or of each cell")
+    parser.add_argument("--first-seed", type=int)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
+    options = parser.parse_args()
+    jobs = []
+    for part in [options.part] if options.part else RUNS:
+        first = FIRST_SEED[part] if options.first_seed is None else options.first_seed
+        for k in range(options.runs or RUNS[part]):
+            jobs += [(part, cell, first + k) for cell in (CELLS if part == "cells" else [""])]
+    done = {(row["part"], row["cell"], row["seed"]) for row in read_lines(options.results)}
+    append_results(run_one, [job for job in jobs if job not in done], options.results, options.workers, describe)
+
+
+if __name__ == "__main__":
+    main()
