@@ -13,13 +13,11 @@
   sought.
 - pass: the train passes once, on an open track of at most 2 m, and stops at its end. `train` grasps it on the
   way when success is likely enough, and otherwise where it stands.
-- calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
-  that is drawn beforehand, however probable success is, on four tracks at speeds that are drawn. Vision is measured.
 - hand: the calibration of a camera is wrong by 1 deg and 10 mm, with and without markers on the hand. Which camera, and
   in which direction, is drawn by the seed.
 - wrist: a camera on the hand (`train:wrist`), also while a camera is dark during the descent.
 
-The images are rendered in all parts but one. Seeds 4000 to 4749 are used nowhere else.
+The images are rendered. Seeds 4000 to 4749 are used nowhere else.
 """
 
 import math
@@ -96,9 +94,6 @@ PASS |= {
     f"random walk {speed} m/s, lag of {SHORT_LAG} cycles": ("random walk", speed, [SHORT_LAG_SETTING])
     for speed in OPEN_TRACKS["random walk"][1]
 }
-TRACKS = ("oval", "circle", "stadium", "figure_eight")
-DRAWN_SPEEDS, DRAWN_WAITS = (0.08, 0.22), (0.2, 6.0)
-"""Speeds [m/s], and times above the train before the launch [s], that the trials of ``calibrated`` draw from."""
 HAND = {"without markers": [], "with markers": ["arm.markers=true"]}
 WRONG = "[!CalibrationWrong {camera: %s, angle_deg: %g, distance: %g}]"
 WRONG_ANGLE, WRONG_DISTANCE = 1.0, 0.01
@@ -200,15 +195,6 @@ def pass_job(cell, seed, quick):
         return {"success": False, "failure_reason": str(error), "cause": "refused", "along_m": None}
 
 
-def calibrated_job(track, seed, quick):
-    """Returns the line of a run whose hand descends at a drawn time."""
-    random = np.random.default_rng(seed)
-    speed, wait = random.uniform(*DRAWN_SPEEDS), random.uniform(*DRAWN_WAITS)
-    settings = ["vision=!Measured {method: !SeveralObjects {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
-    settings += [f"track.kind={track}", f"track.speed={speed:.4f}", "grasp.launch_probability=0"]
-    return line(load_scenario("train:guided", seed=seed, overrides=settings))
-
-
 def hand_job(cell, seed, quick):
     """Returns the line of a run with a wrong calibration that is drawn by the seed."""
     random = np.random.default_rng(seed)
@@ -234,16 +220,6 @@ def wrist_job(cell, seed, quick):
         return {"errors_m": errors, "cycles": cycles}
 
     return line(scenario, measures)
-
-
-def calibrated_summary(rows):
-    """Returns the results of a track: [probability at the launch, whether the first attempt lifted] of every run."""
-    launched = [row for row in rows if row["p_success"] is not None]
-    return {
-        "runs": len(rows),
-        "launches": [[row["p_success"], bool(row["first_attempt_success"])] for row in launched],
-        "aborted": sum(row["aborted_attempts"] > 0 for row in launched),
-    }
 
 
 def summary(rows):
@@ -293,12 +269,11 @@ def wrist_summary(rows):
 
 
 PARTS = {
-    "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
+    "event": Part(event_job, dict.fromkeys(EVENT, 20), 4000, summary, TABLES["event"]),
     "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4132, summary, TABLES["calm"]),
     "pass": Part(pass_job, dict.fromkeys(PASS, 30), 4200, summary, TABLES["pass"]),
     "hand": Part(hand_job, dict.fromkeys(HAND, 20), 4300, hand_summary, TABLES["hand"]),
     "wrist": Part(wrist_job, dict.fromkeys(WRIST, 20), 4400, wrist_summary, TABLES["wrist"]),
-    "calibrated": Part(calibrated_job, dict.fromkeys(TRACKS, 250), 4500, calibrated_summary, TABLES["calibrated"]),
 }
 
 if __name__ == "__main__":

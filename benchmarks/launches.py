@@ -10,12 +10,12 @@ of vision, opening of the jaws and the time of the launch:
 - ``learned``: the blind descent of `train:learned` on closed tracks;
 - ``guided``: the guided descent of `train:guided`, on closed tracks and random walks, of a train or of a cube that does
   not turn;
+- ``from 0.80`` and others: the same runs as ``guided``, with the launch gate and this `grasp.launch_probability`;
 - ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count. The
   jaws open little wider than the discs, the widest parts.
 
-A row also has distances, curvatures and tolerances of the run. Seeds from 83000 on are for results, 82000 to 82999 for
-the choice of constants. Each run becomes a line of ``results/launches.jsonl``
-as soon as it ends.
+Seeds from 83000 on are for results, 82000 to 82999 for the choice of constants. Each run becomes a line of
+``results/launches.jsonl`` as soon as it ends.
 """
 
 import argparse
@@ -26,32 +26,35 @@ import time
 from pathlib import Path
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
+from methods.first_descent import first_descent
 from shared import common
 from shared.common import append_results
 from shared.stored import read_lines
 
-from drake_tracker import load_scenario, make_diagram, simulate
+from drake_tracker import load_scenario, simulate
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
-from drake_tracker.core.messages import GraspDiagnosis, ServoTarget, Verdict
-from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
-from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.train.setup import resolve
 
 FIRST_SEED = 83000
-RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300}
+THRESHOLDS = {"from 0.80": 0.8, "from 0.90": 0.9, "from 0.95": 0.95, "from 0.99": 0.99}
+"""{group: its `grasp.launch_probability`}."""
+RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300, **dict.fromkeys(THRESHOLDS, 300)}
 """{group: its runs}; a run of the conveyor has about twelve descents."""
 RESULTS = common.RESULTS / "launches.jsonl"
-GROUPS = {"learned": "train:learned", "guided": "train:guided", "conveyor": "conveyor:measured"}
+GROUPS = {
+    "learned": "train:learned",
+    "guided": "train:guided",
+    "conveyor": "conveyor:measured",
+    **dict.fromkeys(THRESHOLDS, "train:guided"),
+}
 """{group: its scenario}."""
 LAGS = (3, 6, 10, 15, 20, 25)
 """Of vision [cycles of 1/60 s]."""
-PATHS = {"learned": ("oval", "stadium", "circle"), "guided": ("oval", "stadium", "circle", "random_walk")}
-"""{group: the shapes of its tracks}."""
+CLOSED = ("oval", "stadium", "circle")
 LATEST = {False: 12.0, True: 3.0}
 """{whether the track ends: longest time above the object before the launch [s]}; closed paths are learned in a lap."""
 BELT_TIME = 40.0
@@ -63,7 +66,7 @@ LONGEST = 60.0
 def draw(group, seed):
     """Returns the settings of a run, {key: value}."""
     rng = np.random.default_rng([seed, 83])
-    shape = str(rng.choice(PATHS[group]))
+    shape = str(rng.choice(CLOSED if group == "learned" else (*CLOSED, "random_walk")))
     speed = round(math.exp(rng.uniform(math.log(0.05), math.log(0.35))), 4)
     found = {
         "track.kind": shape,
@@ -80,8 +83,11 @@ def draw(group, seed):
     }
     if shape == "random_walk":
         found |= {"track.length": 2.0, "track.straight_range": [0.04, 0.20]}
-    if group == "guided" and rng.uniform() < 0.4:
+    if group != "learned" and rng.uniform() < 0.4:
         found |= {"train.body": "cube", "track.turns": False}
+    if group in THRESHOLDS:
+        found["grasp.launch_probability"] = THRESHOLDS[group]
+        del found["grasp.settle_time"]
     return found, int(rng.choice(LAGS))
 
 
@@ -103,48 +109,12 @@ def draw_belt(seed):
 def scenario_of(group, seed):
     """Returns the scenario of a run, and its lag of vision [cycles]."""
     settings, lag = draw_belt(seed) if group == "conveyor" else draw(group, seed)
-    method = "method: !SeveralObjects {}, outline: box, " if group == "guided" else ""
+    method = "method: !SeveralObjects {}, outline: box, " if GROUPS[group] == "train:guided" else ""
     overrides = [f"vision=!Measured {{{method}lag_cycles: {lag}}}"]
     overrides += [
         f"{key}={str(value).lower() if isinstance(value, bool) else value}" for key, value in settings.items()
     ]
     return load_scenario(GROUPS[group], seed=seed, overrides=overrides), lag
-
-
-def first_descent(scenario):
-    """Returns what the first descent of a run came to: {"launch_s", "probability", "lifted", "end"}, the first two None
-    without a launch."""
-    diagram = make_diagram(scenario)
-    simulator = Simulator(diagram)
-    context = simulator.get_mutable_context()
-    diagnosis = lambda: GraspDiagnosis(diagram.GetOutputPort("diagnosis").Eval(context))  # noqa: E731
-    verdict = lambda: Verdict(diagram.GetOutputPort("truth_verdict").Eval(context))  # noqa: E731
-    launch, probability, target = None, None, None
-    before = 0.0
-    while context.get_time() < scenario.duration:
-        simulator.AdvanceTo(min(context.get_time() + SERVO_PERIOD, scenario.duration))
-        seen = diagnosis()
-        phase = Phase(int(seen.phase))
-        if launch is None and phase == Phase.INTERCEPT:
-            launch, probability = context.get_time(), before
-            target = ServoTarget(diagram.GetOutputPort("target").Eval(context))
-        if launch is not None and phase in (Phase.RETREAT, Phase.HOLD, Phase.ACQUIRE):
-            end = "lifted" if phase == Phase.HOLD and verdict().held else "missed"
-            return {
-                "launch_s": round(launch, 2),
-                "age_s": round(float(target.time - target.stamp), 4),
-                "probability": round(float(probability), 4),
-                "lifted": end == "lifted",
-                "end": end,
-            }
-        if verdict().derailed:
-            break
-        before = float(seen.p_success)
-    end = "derailed" if verdict().derailed else "no launch" if launch is None else "ended"
-    found = {"launch_s": None, "age_s": None, "probability": None, "lifted": False, "end": end}
-    if launch is not None:
-        found |= {"launch_s": round(launch, 2), "probability": round(float(probability), 4)}
-    return found
 
 
 def descents_of(scenario):
@@ -163,37 +133,16 @@ def descents_of(scenario):
     return found
 
 
-def features(scenario, lag):
-    """Returns what the success law rests on, in SI units."""
-    setup = resolve(scenario)
-    track, _ = setup.placement
-    s = np.linspace(0.0, track.length, 400, endpoint=not track.closed)
-    bend = track.curvature(s)
-    grasp = setup.grasp
+def circumstances(scenario, lag):
+    """Returns what a row says about its run, in SI units."""
+    grasp = resolve(scenario).grasp
     return {
-        "speed": scenario.track.speed,
-        "lag_s": lag / 60.0,
-        "room_m": 0.5 * (grasp.jaw_opening - grasp.object_width),
-        "reach_m": grasp.reach,
-        "turns": grasp.turns,
-        "curvature_rms": round(float(np.sqrt(np.mean(bend**2))), 3),
-        "curvature_max": round(float(np.max(np.abs(bend))), 3),
-        "surprise_m": {str(d): round(surprise(track, s, d), 5) for d in (0.02, 0.05, 0.1, 0.15)},
         "shape": scenario.track.kind,
+        "speed": scenario.track.speed,
+        "lag_s": round(lag / 60.0, 4),
+        "room_m": round(0.5 * (grasp.jaw_opening - grasp.object_width), 5),
+        "turns": grasp.turns,
     }
-
-
-def surprise(track, s, distance):
-    """Returns the rms distance [m] at which the track is, ``distance`` [m] ahead, from an arc that continues it."""
-    if not track.closed:
-        s = s[s < track.length - distance]
-    x, y, heading = track.pose(s)
-    bend = track.curvature(s)
-    turn = bend * distance
-    chord = distance * np.sinc(0.5 * turn / np.pi)
-    ahead = np.column_stack([x + chord * np.cos(heading + 0.5 * turn), y + chord * np.sin(heading + 0.5 * turn)])
-    there = np.column_stack(track.pose(s + distance)[:2])
-    return float(np.sqrt(np.mean(np.sum((ahead - there) ** 2, axis=1))))
 
 
 def run_one(job):
@@ -205,7 +154,7 @@ def run_one(job):
         if group == "conveyor":
             found = {"end": "over", "descents": descents_of(scenario)}
         else:
-            found = {**features(scenario, lag), **first_descent(scenario)}
+            found = {**circumstances(scenario, lag), **first_descent(scenario)}
     except DrakeTrackerError as error:
         found = {"end": "refused", "lifted": False, "said": str(error).splitlines()[0]}
     except (MemoryError, OSError) as error:

@@ -24,18 +24,18 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-import launches
 import numpy as np
 import yaml
+from methods.first_descent import first_descent
 from shared import common
 from shared.common import append_results
 from shared.stored import read_lines
 
 from drake_tracker import load_scenario
-from drake_tracker.arm.motion.differential_ik import EFFORT_SHARE, SPEED_SHARE
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.grasp.descent import RESPONSE, time_to_touch
+from drake_tracker.grasp.success_law import TURN, arm_limits, strays
 from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
@@ -44,7 +44,7 @@ FIRST_SEED = {"fit": 84000, "cells": 85000}
 RESULTS = common.RESULTS / "success_law.jsonl"
 PACKAGED = Path(train.__file__).with_name("train_vision.yaml")
 """The measured error of the packaged cameras."""
-RUNS = {"fit": 3000, "cells": 300}
+RUNS = {"fit": 2000, "cells": 300}
 """Runs of the fit, and of each cell."""
 PATIENCE = 12.0
 """Simulated time [s] after which a run without a launch ends."""
@@ -65,8 +65,8 @@ PATHS = ("oval", "stadium", "figure_eight", "random_walk")
 SHARES = np.linspace(0.0, 1.0, 26)
 DELAYS = (0.0, 0.1, 0.2, 0.3)
 """Times [s] added to the horizon for which the stray of the path is computed."""
-TURN = math.radians(22.0)
-"""Error of the direction at which half of the trains are lifted (`grasp/descent.py::OBLIQUE`)."""
+STEP = 0.001
+"""Distance between places of a path [m]."""
 
 
 USUAL = {
@@ -140,7 +140,7 @@ def scenario_of(condition, seed, folder):
         "grasp.launch_probability": 0.0,
         "grasp.settle_time": round(rng.uniform(0.5, 6.0 if closed else 2.0), 2),
         "grasp.jaw_opening": condition["jaws"],
-        "duration": PATIENCE,
+        "duration": PATIENCE + 8.0,
     }
     if condition["path"] == "random_walk":
         settings["track.length"] = 2.0
@@ -175,8 +175,9 @@ def features(scenario, condition):
     grasp, speed, lag = setup.grasp, scenario.track.speed, condition["lag"] / 60.0
     horizon = lag + (RESPONSE if grasp.descent == "guided" else time_to_touch(grasp))
     room = 0.5 * (grasp.jaw_opening - grasp.object_width)
-    s = np.linspace(0.0, track.length, 600, endpoint=not track.closed)
-    bend = np.abs(track.curvature(s))
+    places = np.arange(0.5 * STEP, track.length * (2.0 if track.closed else 1.0), STEP)
+    bend = track.curvature(places)
+    limits = arm_limits(setup.reach.model, setup.reach.q_initial)
     covariance = packaged_error().covariance(0.0, speed)
     return {
         "horizon_s": round(horizon, 4),
@@ -186,65 +187,20 @@ def features(scenario, condition):
         "length_m": round(track.length, 3),
         "closed": track.closed,
         "noise_m": round(condition["noise"] * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])), 6),
-        **arm_limits(setup.reach.model, setup.reach.q_initial),
-        "bend_max": round(float(bend.max()), 2),
+        **{f"arm_{name}": round(value, 3) for name, value in limits._asdict().items()},
+        "bend_max": round(float(np.max(np.abs(bend))), 2),
         "bend_rms": round(float(np.sqrt(np.mean(bend**2))), 2),
-        "strays": [quantiles(track, s, speed * (horizon + delay), room, grasp) for delay in DELAYS],
+        "strays": [quantiles(bend, speed * (horizon + delay), room, grasp) for delay in DELAYS],
     }
 
 
-def arm_limits(model, q):
-    """Returns the largest speed [m/s], rate of turn [rad/s] and acceleration [m/s^2] of a hand that points down, in the
-    direction in which they are smallest.
-
-    Args:
-        model: an `ArmModel`.
-        q: joints over the middle of the table [rad], shape (n,).
-    """
-    _, J = model.tool_pose_and_jacobian(q)
-    inverse = np.linalg.pinv(J)
-    zero = np.zeros(model.num_joints)
-    at_rest = model.drive_torques(q, zero, zero)
-    spare = EFFORT_SHARE * (model.effort_limit - np.abs(at_rest))
-    speeds, accelerations = [], []
-    for angle in np.linspace(0.0, np.pi, 16, endpoint=False):
-        rates = inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0]
-        speeds.append(np.min(SPEED_SHARE * model.velocity_limit / np.maximum(np.abs(rates), 1e-9)))
-        torques = model.drive_torques(q, zero, rates) - at_rest
-        accelerations.append(np.min(spare / np.maximum(np.abs(torques), 1e-9)))
-    turning = inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-    turn = np.min(SPEED_SHARE * model.velocity_limit / np.maximum(np.abs(turning), 1e-9))
-    return {
-        "arm_speed": round(float(min(speeds)), 3),
-        "arm_turn": round(float(turn), 3),
-        "arm_acceleration": round(float(min(accelerations)), 3),
-    }
-
-
-def quantiles(track, s, distance, room, grasp):
-    across, along, turn = strays(track, s, distance)
+def quantiles(curvature, distance, room, grasp):
+    """Returns the quantiles `SHARES` of how far a path strays within a distance [m], as a share of what the jaws
+    tolerate."""
+    across, along, turn = strays(curvature, STEP, distance)
     ratios = [np.abs(across) / room]
     ratios.append(np.abs(turn) / TURN if grasp.turns else np.abs(along) / grasp.reach)
     return np.round(np.quantile(np.max(ratios, axis=0), SHARES), 3).tolist()
-
-
-def strays(track, s, distance):
-    """Returns where the track is, ``distance`` [m] behind the places ``s``, relative to an arc that continues it there.
-
-    Returns:
-        offsets across and along the track [m], and in direction [rad].
-    """
-    if not track.closed:
-        s = s[s < max(track.length - distance, s[1])]
-    x, y, heading = track.pose(s)
-    turn = track.curvature(s) * distance
-    chord = distance * np.sinc(0.5 * turn / np.pi)
-    there_x, there_y, there_yaw = track.pose(s + distance)
-    dx = x + chord * np.cos(heading + 0.5 * turn) - there_x
-    dy = y + chord * np.sin(heading + 0.5 * turn) - there_y
-    cos, sin = np.cos(there_yaw), np.sin(there_yaw)
-    difference = heading + turn - there_yaw
-    return cos * dy - sin * dx, cos * dx + sin * dy, np.arctan2(np.sin(difference), np.cos(difference))
 
 
 def run_one(job):
@@ -255,7 +211,7 @@ def run_one(job):
     try:
         with tempfile.TemporaryDirectory() as folder:
             scenario = scenario_of(condition, seed, folder)
-            found = {**features(scenario, condition), **launches.first_descent(scenario)}
+            found = {**features(scenario, condition), **first_descent(scenario, PATIENCE)}
     except DrakeTrackerError as error:
         found = {"end": "refused", "lifted": False, "said": str(error).splitlines()[0]}
     except (MemoryError, OSError) as error:

@@ -2,11 +2,7 @@
 
 import statistics
 
-import numpy as np
 from shared.common import interval
-
-TENTHS = 10
-"""Number of groups of the launches."""
 
 
 def _median(values, scale, unit):
@@ -66,26 +62,6 @@ def pass_table(cells):
     ]
 
 
-def calibrated_table(cells):
-    """Returns (header, rows) of the probability of success in tenths of all launches, ordered by it."""
-    launches = np.array(sorted(launch for cell in cells for launch in cell["launches"]))
-    header = ["launches", "computed probability", "mean", "lifted at this attempt", "share", "Wilson 95 %"]
-    rows = []
-    for tenth in np.array_split(launches, min(TENTHS, len(launches))):
-        probabilities, lifted = tenth[:, 0], int(tenth[:, 1].sum())
-        rows.append(
-            [
-                len(tenth),
-                f"{probabilities.min():.3f} to {probabilities.max():.3f}",
-                f"{probabilities.mean():.1%}",
-                lifted,
-                f"{lifted / len(tenth):.1%}",
-                interval(lifted, len(tenth)),
-            ]
-        )
-    return header, rows
-
-
 def _lifted(cell):
     """Returns the columns that the tables of the cameras begin with."""
     return [cell["cell"], cell["runs"], cell["lifted"], interval(cell["lifted"], cell["runs"])]
@@ -123,5 +99,4 @@ TABLES = {
     "pass": pass_table,
     "hand": hand_table,
     "wrist": wrist_table,
-    "calibrated": calibrated_table,
 }

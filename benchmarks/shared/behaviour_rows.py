@@ -49,7 +49,6 @@ RESTS_ON = {
         calm=(*_LEARNED, *_GUIDED),
         hand=_GUIDED,
         wrist=("train:wrist", *_GUIDED),
-        calibrated=_GUIDED,
         **{"pass": _GUIDED},
     ),
     "faults": lambda row: (row.get("scenario", "train:learned"),),

@@ -23,7 +23,3 @@ def eyes_open_hand() -> str:
 
 def eyes_open_wrist() -> str:
     return part("eyes_open", benchmark.TABLES, "wrist")
-
-
-def eyes_open_calibrated() -> str:
-    return part("eyes_open", benchmark.TABLES, "calibrated")
