@@ -107,13 +107,13 @@ def test_a_restless_object_is_grasped_at_its_best_moment(path, length, restless)
     newest = target()
     newest.stamp = memory.records[-1, STAMP] + AHEAD
     newest.time = newest.stamp + AHEAD - 0.06
-    for p_success, best, verdict in (
+    for computed, best, verdict in (
         (0.5, 0.52, Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY),
         (0.5, 0.6, Gate.SUCCESS_UNLIKELY),
         (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
     ):
-        assert judge_probability(CUBE, memory, newest, p_success, best) == verdict
-    cautious = replace(CUBE, launch_probability=0.99)
+        assert judge_probability(CUBE, memory, newest, computed, best) == verdict
+    cautious = replace(CUBE, launch_probability=0.997)
     assert judge_probability(cautious, memory, newest, 0.92, 0.92) == Gate.SUCCESS_UNLIKELY
     assert judge_probability(cautious, memory, newest, 0.95, 0.95) == (Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY)
 

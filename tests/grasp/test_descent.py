@@ -1,17 +1,20 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.special import logit
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.descent import (
     BESIDE,
+    CALIBRATION,
     CATCHING_UP,
     OBLIQUE,
     PRIOR_SURPRISES,
     RESPONSE,
     TRUST,
     Offset,
+    calibrated,
     horizon,
     likelihood,
     miss,
@@ -177,13 +180,23 @@ def test_surprises_count_for_a_guided_descent_only():
 
 
 def test_the_gate_needs_judged_predictions_and_a_likely_success():
-    config = GraspConfig(descent="guided", gate="probability", launch_probability=0.9)
-    for count, p_success, verdict in (
+    config = GraspConfig(descent="guided", gate="probability")
+    for count, computed, verdict in (
         (FEWEST_JUDGED - 1, 1.0, Gate.NO_MEMORY),
-        (FEWEST_JUDGED, 0.89, Gate.SUCCESS_UNLIKELY),
-        (FEWEST_JUDGED, 0.91, Gate.OPEN),
+        (FEWEST_JUDGED, 0.899, Gate.SUCCESS_UNLIKELY),
+        (FEWEST_JUDGED, 0.901, Gate.OPEN),
     ):
-        assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), p_success) == verdict
+        assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), computed) == verdict
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_the_logit_of_the_calibrated_probability_is_linear_in_that_of_the_computed_one(descent):
+    computed = np.linspace(0.02, 0.98, 40)
+    found = np.array([calibrated(each, descent) for each in computed])
+    intercept, slope = CALIBRATION[descent]
+    assert logit(found) == pytest.approx(intercept + slope * logit(computed))
+    assert (np.diff(found) > 0.0).all()
+    assert [calibrated(end, descent) for end in (0.0, 1.0)] == [0.0, 1.0]
 
 
 def test_a_guided_descent_relies_on_later_measurements():

@@ -4,6 +4,7 @@ import eyes_open
 import numpy as np
 import pytest
 from methods import eyes_open_measures as measures
+from result_tables.launch_tables import calibration_table, right, tenths_of
 from shared import parts
 
 from drake_tracker.core.log import Signal
@@ -40,23 +41,16 @@ def test_every_part_has_a_table_of_its_lines(part):
 
 
 def test_launches_are_counted_in_tenths_of_their_probability():
-    lines = [
-        {
-            "cell": "oval",
-            "seed": k,
-            "p_success": (k + 0.5) / 40,
-            "first_attempt_success": k >= 20,
-            "aborted_attempts": 0,
-        }
-        for k in range(40)
-    ]
-    lines.append({"cell": "oval", "seed": 40, "p_success": None, "first_attempt_success": False, "aborted_attempts": 0})
-    (cell,) = cells = parts.of_cells(lines, eyes_open.PARTS["calibrated"].summary)
-    assert cell["runs"] == 41 and len(cell["launches"]) == 40
-    header, rows = eyes_open.PARTS["calibrated"].table(cells)
-    assert [len(row) for row in rows] == [len(header)] * 10
-    assert [row[0] for row in rows] == [4] * 10 and [row[3] for row in rows] == [0] * 5 + [4] * 5
-    assert rows[0][2] == "5.0%" and rows[-1][4] == "100.0%"
+    rows = [{"group": "guided", "probability": (k + 0.5) / 40, "lifted": k % 40 >= 20 or k % 8 == 0} for k in range(40)]
+    rows.append({"group": "guided", "probability": None, "lifted": False})
+    rows.append({"group": "conveyor", "descents": [[0.9, True]] * 9 + [[0.9, False]] * 11})
+    guided = tenths_of(rows[:41])
+    assert [count for count, *_ in guided] == [4] * 10
+    assert [lifted for *_, lifted in guided] == [1, 0, 1, 0, 1, 4, 4, 4, 4, 4]
+    assert guided[0][1] == pytest.approx(0.05) and right(guided) == 1, "the mean probability of the last is 0.95"
+    header, table = calibration_table(rows)
+    assert [len(row) for row in table] == [len(header)] * 2
+    assert table[0][-1] == "1 of 10" and table[1][1] == 20 and table[0][2] == "5 / 25"
 
 
 CAMERA_LINES = [
