@@ -27,15 +27,27 @@ from pathlib import Path
 import numpy as np
 import yaml
 from methods.first_descent import first_descent
+from scipy.optimize import minimize
 from shared import common
-from shared.common import append_results
+from shared.common import append_results, print_table
 from shared.stored import read_lines
 
 from drake_tracker import load_scenario
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.grasp.descent import RESPONSE, time_to_touch
-from drake_tracker.grasp.success_law import TURN, arm_limits, strays
+from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
+from drake_tracker.grasp.success_law import (
+    LAW,
+    STEP,
+    HandLimits,
+    Law,
+    demand,
+    followed_share,
+    hand_limits,
+    held_share,
+    law_horizon,
+    stray_ratios,
+)
 from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
@@ -61,12 +73,17 @@ ESTIMATORS = {
     "alpha-beta-gamma": "!AlphaBetaGamma {}",
 }
 PATHS = ("oval", "stadium", "figure_eight", "random_walk")
-"""Families of paths of the fit. `sinusoid` and `circle` are in cells only."""
+"""Families of paths of the fit. `circle` and *lobes* are in cells only."""
 SHARES = np.linspace(0.0, 1.0, 26)
-DELAYS = (0.0, 0.1, 0.2, 0.3)
+DELAYS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Times [s] added to the horizon for which the stray of the path is computed."""
-STEP = 0.001
-"""Distance between places of a path [m]."""
+LOBES_RADIUS, LOBES_DEPTH = 0.13, 0.12
+"""Mean radius of the track with five lobes [m], and the depth of its lobes as a share of it."""
+NUMBERS = (
+    *("horizon_s", "room_m", "noise_m", "speed", "bend_rms", "turns"),
+    *(f"arm_{name}" for name in HandLimits._fields),
+)
+"""Numbers of a row that the law rests on."""
 
 
 USUAL = {
@@ -120,14 +137,58 @@ def log_uniform(rng, low, high):
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-CELLS = {}
-"""{cell: its condition}."""
+WALK = {"track.corner_radius": 0.03, "track.straight_range": [0.06, 0.25]}
+SMALL = {"track.radius": 0.08}
+ROUND = {"track.radius": 0.12, "track.straight": 0.15}
+TURN, GAMMA = "coordinated turn", "alpha-beta-gamma"
+CELLS = {
+    name: condition(**others)
+    for name, others in {
+        "Panda, oval": {"arm": "Panda", "speed": 0.25},
+        "Panda, stadium, blind": {
+            "arm": "Panda",
+            "path": "stadium",
+            "size": ROUND,
+            "descent": "blind",
+            "estimator": TURN,
+        },
+        "Panda, figure eight": {"arm": "Panda", "path": "figure_eight", "speed": 0.25, "estimator": TURN},
+        "Panda, lobes, noisy": {
+            "arm": "Panda",
+            "path": "lobes",
+            "speed": 0.09,
+            "noise": 3.0,
+            "estimator": TURN,
+        },
+        "lobes": {"path": "lobes", "estimator": TURN, "speed": 0.1},
+        "lobes, blind": {"path": "lobes", "estimator": "arc length", "descent": "blind", "speed": 0.06},
+        "lobes, narrow jaws": {
+            "path": "lobes",
+            "estimator": "arc length",
+            "jaws": 0.06,
+            "arm": "UR5e",
+            "speed": 0.09,
+        },
+        "circle, noisy": {"path": "circle", "size": SMALL, "noise": 5.0, "jaws": 0.06, "estimator": TURN},
+        "alpha-beta-gamma, oval": {"estimator": GAMMA, "lag": 6},
+        "alpha-beta-gamma, walks": {"estimator": GAMMA, "path": "random_walk", "size": WALK, "speed": 0.08, "lag": 6},
+        "alpha-beta-gamma, figure eight, blind": {
+            "estimator": GAMMA,
+            "path": "figure_eight",
+            "descent": "blind",
+            "speed": 0.12,
+            "lag": 10,
+        },
+        "Panda, lobes, alpha-beta-gamma": {"arm": "Panda", "path": "lobes", "estimator": GAMMA, "speed": 0.1},
+    }.items()
+}
+"""{cell: its condition}. *Lobes* are a closed curve whose curvature changes all the time (`lobes_file`)."""
 
 
 def scenario_of(condition, seed, folder):
     """Returns the scenario of a run. Its noise is written into a folder."""
     rng = np.random.default_rng([seed, 85])
-    closed = condition["path"] not in ("random_walk", "sinusoid")
+    closed = condition["path"] != "random_walk"
     settings = {
         **condition["size"],
         "track.kind": condition["path"],
@@ -144,9 +205,23 @@ def scenario_of(condition, seed, folder):
     }
     if condition["path"] == "random_walk":
         settings["track.length"] = 2.0
+    elif condition["path"] == "lobes":
+        settings |= {"track.kind": "csv", "track.csv": lobes_file(rng, folder)}
     if condition["body"] == "cube":
         settings |= {"train.body": "cube", "track.turns": "false"}
     return load_scenario("train:guided", seed=seed, overrides=[f"{key}={value}" for key, value in settings.items()])
+
+
+def lobes_file(rng, folder):
+    """Writes a closed track with five lobes, placed at random, to a file; returns its path."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    radius = LOBES_RADIUS * (1.0 + LOBES_DEPTH * np.cos(5.0 * (angle - rng.uniform(0.0, 2.0 * np.pi))))
+    points = (
+        np.column_stack([np.cos(angle), np.sin(angle)]) * radius[:, None] + [0.56, 0.0] + rng.uniform(-0.03, 0.03, 2)
+    )
+    path = Path(folder) / "lobes.csv"
+    np.savetxt(path, points, delimiter=",", header="x,y", comments="", fmt="%.6f")
+    return path
 
 
 def noise_file(scale, folder):
@@ -172,12 +247,12 @@ def features(scenario, condition):
     """
     setup = resolve(scenario)
     track, _ = setup.placement
-    grasp, speed, lag = setup.grasp, scenario.track.speed, condition["lag"] / 60.0
-    horizon = lag + (RESPONSE if grasp.descent == "guided" else time_to_touch(grasp))
+    grasp, speed = setup.grasp, scenario.track.speed
+    horizon = law_horizon(grasp, condition["lag"] / 60.0)
     room = 0.5 * (grasp.jaw_opening - grasp.object_width)
     places = np.arange(0.5 * STEP, track.length * (2.0 if track.closed else 1.0), STEP)
     bend = track.curvature(places)
-    limits = arm_limits(setup.reach.model, setup.reach.q_initial)
+    limits = hand_limits(setup.reach.model, setup.reach.q_initial)
     covariance = packaged_error().covariance(0.0, speed)
     return {
         "horizon_s": round(horizon, 4),
@@ -197,10 +272,56 @@ def features(scenario, condition):
 def quantiles(curvature, distance, room, grasp):
     """Returns the quantiles `SHARES` of how far a path strays within a distance [m], as a share of what the jaws
     tolerate."""
-    across, along, turn = strays(curvature, STEP, distance)
-    ratios = [np.abs(across) / room]
-    ratios.append(np.abs(turn) / TURN if grasp.turns else np.abs(along) / grasp.reach)
-    return np.round(np.quantile(np.max(ratios, axis=0), SHARES), 3).tolist()
+    ratios = stray_ratios(curvature, distance, room, None if grasp.turns else grasp.reach)
+    return np.round(np.quantile(ratios, SHARES), 3).tolist()
+
+
+def predicted(law, rows):
+    """Returns the probability of success of each row, shape (n,)."""
+    column = {key: np.array([row[key] for row in rows], dtype=float) for key in NUMBERS}
+    tables, horizon, room = np.array([row["strays"] for row in rows]), column["horizon_s"], column["room_m"]
+    age = np.where([row["descent"] == "blind" for row in rows], law.blind_age, law.guided_age)
+    place = np.clip(age / DELAYS[1], 0.0, len(DELAYS) - 1.001)
+    low, run = place.astype(int), np.arange(len(rows))
+    weight = (place - low)[:, None]
+    quantiles = (1.0 - weight) * tables[run, low] + weight * tables[run, low + 1]
+    quantiles[is_known(rows)] = 0.0
+    held = held_share(law, 0.5 * (quantiles[:, 1:] + quantiles[:, :-1]), column["noise_m"], room)
+    limits = HandLimits(*(column[f"arm_{name}"] for name in HandLimits._fields))
+    followed = followed_share(law, demand(column["speed"], column["bend_rms"], column["turns"] > 0.0, limits))
+    return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION)
+
+
+def is_known(rows):
+    """Returns which objects had passed their whole path before the launch, seen by a filter that learns it."""
+    return np.array(
+        [
+            row["closed"]
+            and row["estimator"] == "closed path"
+            and (row["launch_s"] or 0.0) * row["speed"] > row["length_m"]
+            for row in rows
+        ]
+    )
+
+
+def fit(rows):
+    """Returns the `Law` of greatest likelihood, the standard deviation of each logarithm, and the loss of a run."""
+    lifted = np.array([row["lifted"] for row in rows], dtype=float)
+
+    def loss(logarithms):
+        chance = np.clip(predicted(Law(*np.exp(logarithms)), rows), 1e-3, 1.0 - 1e-3)
+        return -np.sum(lifted * np.log(chance) + (1.0 - lifted) * np.log(1.0 - chance))
+
+    found = np.log(LAW)
+    for _ in range(3):
+        options = {"adaptive": True, "maxfev": 6000, "xatol": 1e-3, "fatol": 1e-3}
+        found = minimize(loss, found, method="Nelder-Mead", options=options).x
+    deviations = []
+    for k in range(len(found)):  # where the likelihood has fallen by 1/2
+        step = 0.02 * np.eye(len(found))[k]
+        bend = (loss(found + step) + loss(found - step) - 2.0 * loss(found)) / 0.02**2
+        deviations.append(1.0 / math.sqrt(bend) if bend > 0.0 else math.inf)
+    return Law(*np.exp(found)), deviations, loss(found) / len(rows)
 
 
 def run_one(job):
@@ -224,6 +345,21 @@ def describe(row):
     return f"{row['cell'] or row['part']}, seed {row['seed']}: {row['end']}"
 
 
+def print_fit(rows):
+    """Prints the law and how well its predictions agree with the runs to which it was fitted."""
+    rows = [row for row in rows if row["end"] != "refused"]
+    law, deviations, loss = fit(rows)
+    for name, value, deviation in zip(Law._fields, law, deviations):
+        print(f"{name:<14}{value:.4f}   standard deviation of its logarithm {deviation:.2f}")
+    print(f"{len(rows)} runs, {loss:.3f} nats a run")
+    chance, lifted = predicted(law, rows), np.array([row["lifted"] for row in rows])
+    groups = np.array_split(np.argsort(chance), 10)
+    print_table(
+        ["runs", "predicted", "lifted"],
+        [[len(group), f"{chance[group].mean():.3f}", f"{lifted[group].mean():.3f}"] for group in groups],
+    )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", choices=RUNS, help="runs of one part (default: of both)")
@@ -231,7 +367,10 @@ def main():
     parser.add_argument("--first-seed", type=int)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
+    parser.add_argument("--fit", action="store_true", help="fit the law to the existing runs")
     options = parser.parse_args()
+    if options.fit:
+        return print_fit([row for row in read_lines(options.results) if row["part"] == "fit"])
     jobs = []
     for part in [options.part] if options.part else RUNS:
         first = FIRST_SEED[part] if options.first_seed is None else options.first_seed

@@ -1,24 +1,31 @@
-"""A law that says beforehand how often a grasp of a moving object succeeds.
+"""A law that says beforehand how often a grasp of a moving object succeeds at the first attempt.
 
-The arm relies on a prediction for a *horizon*: the lag of vision, and the time in which the hand can no longer follow
-new measurements. A grasp succeeds if, within that horizon, the object leaves its predicted path by no more than the
-jaws tolerate, and if the arm can follow.
+The hand relies on a prediction for a *horizon*: the lag of vision, the age of what the filter knows about the path, and
+the time in which the hand can no longer follow. The best that a filter can do on an unknown path is to continue it as
+an arc. A grasp therefore succeeds where the path strays from this arc, within the horizon, by less than the jaws
+tolerate, if noise does not displace the prediction and the arm can follow. All quantities enter as ratios.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.motion.differential_ik import EFFORT_SHARE, SPEED_SHARE
+from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
+from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.descent import RESPONSE, time_to_touch
 
 TURN = math.radians(22.0)
-"""Error of the direction at which half of the trains are lifted (`descent.OBLIQUE`)."""
+"""Error of the direction at which half of the trains are lifted (`descent.OBLIQUE`) [rad]."""
+STEP = 0.001
+"""Distance between places of a path [m]."""
 _DIRECTIONS = np.linspace(0.0, np.pi, 16, endpoint=False)
 
 
-class ArmLimits(NamedTuple):
+class HandLimits(NamedTuple):
     """What a hand that points down can do, in the horizontal direction in which it can do least.
 
     Attributes:
@@ -32,7 +39,33 @@ class ArmLimits(NamedTuple):
     acceleration: float
 
 
-def arm_limits(model: ArmModel, q: np.ndarray) -> ArmLimits:
+class Law(NamedTuple):
+    """The constants of the law.
+
+    Attributes:
+        guided_age: age of what the filter knows when a guided hand relies on it, besides lag and response [s].
+        blind_age: the same for a blind descent, besides lag and descent [s].
+        gain: standard deviation of a predicted place over the noise of a measured point.
+        hand: standard deviation of what else displaces the hand from the object [m].
+        demand: share of the arm's limits at which half of the descents can follow.
+        steepness: exponent of this share.
+    """
+
+    guided_age: float
+    blind_age: float
+    gain: float
+    hand: float
+    demand: float
+    steepness: float
+
+
+UNCERTAINTY = 0.07
+"""Difference from the predicted share within which 90 % of the cells that checked the law lie (goal)."""
+LAW = Law(0.171, 0.240, 1.68, 0.0062, 1.04, 9.5)
+"""Fitted by `benchmarks/success_law.py --fit`."""
+
+
+def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
     """Returns the limits of an arm that follow from the rated speeds and torques of its joints.
 
     Args:
@@ -48,29 +81,28 @@ def arm_limits(model: ArmModel, q: np.ndarray) -> ArmLimits:
         return float(np.min(limits / np.maximum(np.abs(needed), 1e-9)))
 
     ways = [inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0] for angle in _DIRECTIONS]
-    return ArmLimits(
+    return HandLimits(
         min(least(speed, way) for way in ways),
         least(speed, inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
         min(least(spare, model.drive_torques(q, rest, way) - held) for way in ways),
     )
 
 
-def strays(curvature: np.ndarray, step: float, distance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def strays(curvature: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns where a path is, a distance ahead, relative to an arc that continues it at each of its places.
 
     Args:
-        curvature: of the path at places ``step`` [m] apart, from one to the next [1/m], shape (n,).
-        step: distance between the places [m].
+        curvature: of the path from each place to the next, `STEP` apart [1/m], shape (n,).
         distance: from each place to the place ahead [m].
 
     Returns:
         Offsets of the arc's end across the path and along it [m], and in direction [rad], shape (m,): places less than
         ``distance`` from the end of the path are left out.
     """
-    heading = np.append(0.0, np.cumsum(curvature)) * step
+    heading = np.append(0.0, np.cumsum(curvature)) * STEP
     middle = 0.5 * (heading[1:] + heading[:-1])
-    path = np.append(0.0, np.cumsum(step * np.exp(1j * middle)))
-    travelled = step * np.arange(len(path))
+    path = np.append(0.0, np.cumsum(STEP * np.exp(1j * middle)))
+    travelled = STEP * np.arange(len(path))
     starts = np.flatnonzero(travelled[:-1] + distance <= travelled[-1])
     ends = travelled[starts] + distance
     there = np.interp(ends, travelled, path.real) + 1j * np.interp(ends, travelled, path.imag)
@@ -80,3 +112,135 @@ def strays(curvature: np.ndarray, step: float, distance: float) -> tuple[np.ndar
     offset = (path[starts] + chord - there) * np.exp(-1j * direction)
     difference = heading[starts] + turn - direction
     return offset.imag, offset.real, np.arctan2(np.sin(difference), np.cos(difference))
+
+
+def stray_ratios(curvature: np.ndarray, distance: float, room: float, reach: float | None) -> np.ndarray:
+    """Returns how far a path strays, as a share of what the jaws tolerate, shape (m,).
+
+    Args:
+        curvature: as for `strays`.
+        distance: as for `strays`.
+        room: largest error across the path [m].
+        reach: largest error along the path of an object that does not turn [m]; None for one that turns with its path,
+            whose direction counts.
+    """
+    across, along, turn = strays(curvature, distance)
+    other = np.abs(turn) / TURN if reach is None else np.abs(along) / reach
+    return np.maximum(np.abs(across) / room, other)
+
+
+def held_share(law: Law, ratios: np.ndarray, noise: float | np.ndarray, room: float | np.ndarray) -> np.ndarray:
+    """Returns the share of descents at whose end the object is between the jaws, if the arm can follow.
+
+    Args:
+        law: the constants.
+        ratios: how far the path strays at its places, as a share of what the jaws tolerate, shape (..., m).
+        noise: standard deviation of a measured point, per axis, shape (...) [m].
+        room: largest error across the path, shape (...) [m].
+    """
+    spread = np.asarray(np.hypot(law.gain * noise, law.hand) / room)[..., None]
+    return np.mean(ndtr((1.0 - ratios) / spread) - ndtr((-1.0 - ratios) / spread), axis=-1)
+
+
+def demand(
+    speed: float | np.ndarray, bend: float | np.ndarray, turns: bool | np.ndarray, limits: HandLimits
+) -> np.ndarray:
+    """Returns what the object demands of the arm, as a share of the limit that it comes nearest to.
+
+    Args:
+        speed: of the object [m/s].
+        bend: rms curvature of its path [1/m].
+        turns: whether it turns with its path.
+        limits: of the arm; its fields may be arrays.
+    """
+    turn, acceleration = np.where(turns, speed * bend, 0.0), speed**2 * bend
+    shares = (speed / limits.speed, turn / limits.turn, acceleration / limits.acceleration)
+    return np.max(np.broadcast_arrays(*shares), axis=0)
+
+
+def followed_share(law: Law, demanded: np.ndarray) -> np.ndarray:
+    """Returns the share of descents that the arm can follow: the bound of a controller that predicts perfectly.
+
+    Args:
+        law: the constants.
+        demanded: share of the arm's limits (`demand`).
+    """
+    return 1.0 / (1.0 + (demanded / law.demand) ** law.steepness)
+
+
+class Situation(NamedTuple):
+    """What decides whether a grasp succeeds.
+
+    Attributes:
+        speed: of the object [m/s].
+        lag: of vision [s].
+        noise: standard deviation of a measured point, per axis [m].
+        curvature: of the path, as for `strays` [1/m].
+        limits: of the arm.
+        grasp: settings of the grasp, with the size of the object.
+        known: whether the filter knows the path.
+    """
+
+    speed: float
+    lag: float
+    noise: float
+    curvature: np.ndarray
+    limits: HandLimits
+    grasp: GraspConfig
+    known: bool = False
+
+
+def predict(law: Law, situation: Situation) -> tuple[float, float]:
+    """Returns the probability that the first descent lifts the object, and the probability if every prediction were
+    right: the bound that the arm sets.
+
+    Args:
+        law: the constants.
+        situation: what decides.
+    """
+    grasp, horizon = situation.grasp, law_horizon(situation.grasp, situation.lag)
+    age = law.guided_age if grasp.descent == "guided" else law.blind_age
+    room = 0.5 * (grasp.jaw_opening - grasp.object_width)
+    reach = None if grasp.turns else grasp.reach
+    ratios = stray_ratios(situation.curvature, situation.speed * (horizon + age), room, reach)
+    ratios = np.zeros(1) if situation.known else ratios
+    bend = float(np.sqrt(np.mean(situation.curvature**2)))
+    followed = float(followed_share(law, demand(situation.speed, bend, grasp.turns, situation.limits)))
+    held = float(held_share(law, ratios, situation.noise, room))
+    return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION), followed
+
+
+def law_horizon(grasp: GraspConfig, lag: float) -> float:
+    """Returns the time [s] from a measurement to the instant from which on the hand no longer follows.
+
+    Args:
+        grasp: settings of the grasp.
+        lag: of vision [s].
+    """
+    return lag + (RESPONSE if grasp.descent == "guided" else time_to_touch(grasp))
+
+
+def limiting(law: Law, situation: Situation) -> dict[str, float]:
+    """Returns {what limits success: the probability without it}, the largest gain first."""
+    lenient = HandLimits(*(math.inf for _ in HandLimits._fields))
+    without = {
+        "lag": situation._replace(lag=0.0),
+        "noise": situation._replace(noise=0.0),
+        "bends": situation._replace(known=True),
+        "arm": situation._replace(limits=lenient),
+    }
+    found = {name: predict(law, other)[0] for name, other in without.items()}
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def bends(curvature: float, straight: float) -> np.ndarray:
+    """Returns the curvature along a path of straights and quarter bends in turn, as for `strays`, two laps long.
+
+    Args:
+        curvature: of the bends [1/m]; 0: the path is straight.
+        straight: length of the straights [m].
+    """
+    if curvature == 0.0:
+        return np.zeros(round(max(straight, 1.0) / STEP))
+    side = np.append(np.zeros(round(straight / STEP)), np.full(round(0.5 * np.pi / (curvature * STEP)), curvature))
+    return np.tile(side, 8)

@@ -1,0 +1,134 @@
+"""Tests of the law that predicts the share of successful grasps."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.description import PUMA560, UR5E
+from drake_tracker.arm.motion.differential_ik import EFFORT_SHARE, SPEED_SHARE
+from drake_tracker.cli import main
+from drake_tracker.core.timing import PATH_DURATION
+from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.success_law import (
+    LAW,
+    STEP,
+    HandLimits,
+    Situation,
+    bends,
+    demand,
+    followed_share,
+    hand_limits,
+    held_share,
+    limiting,
+    predict,
+    strays,
+)
+
+LIMITS = HandLimits(0.6, 5.0, 14.0)
+GUIDED = GraspConfig(descent="guided")
+USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), LIMITS, GUIDED)
+
+
+@pytest.mark.parametrize("curvature", [0.0, 8.0, -20.0])
+def test_a_path_of_constant_curvature_does_not_stray(curvature):
+    for errors in strays(np.full(500, curvature), 0.1):
+        assert len(errors) == 401 and np.abs(errors) == pytest.approx(np.zeros(401), abs=1e-5)
+
+
+def test_a_straight_that_becomes_an_arc_strays_as_geometry_says():
+    """At a place ``before`` the bend the arc is a straight line; the path ends on a circle of radius 1 / curvature."""
+    curvature, distance, bend_at = 5.0, 0.12, 0.2
+    across, along, turn = strays(np.where(np.arange(400) * STEP < bend_at, 0.0, curvature), distance)
+    for place in (0.05, 0.10, 0.15, 0.19):
+        k, angle = round(place / STEP), max(place + distance - bend_at, 0.0) * curvature
+        end = np.array([bend_at + math.sin(angle) / curvature, (1.0 - math.cos(angle)) / curvature])
+        offset = np.array([place + distance, 0.0]) - (end if angle else [place + distance, 0.0])
+        left, ahead = np.array([-math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), math.sin(angle)])
+        assert across[k] == pytest.approx(offset @ left, abs=3e-5), place
+        assert along[k] == pytest.approx(offset @ ahead, abs=3e-5), place
+        assert turn[k] == pytest.approx(-angle, abs=1e-2), place
+
+
+@pytest.mark.parametrize("description", [PUMA560, UR5E])
+def test_the_limits_of_the_hand_are_reached_by_a_joint_and_exceeded_by_none(description):
+    model = make_arm_model(description)
+    q = np.array(description.q_start)
+    limits, still = hand_limits(model, q), np.zeros(model.num_joints)
+    inverse = np.linalg.inv(model.tool_pose_and_jacobian(q)[1])
+    held = model.drive_torques(q, still, still)
+    spare = EFFORT_SHARE * (model.effort_limit - np.abs(held))
+    speeds, torques = [], []
+    for angle in np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False):
+        way = inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0]
+        speeds.append(np.max(np.abs(limits.speed * way) / (SPEED_SHARE * model.velocity_limit)))
+        change = model.drive_torques(q, still, limits.acceleration * way) - held
+        torques.append(np.max(np.abs(change) / spare))
+    assert max(speeds) == pytest.approx(1.0) and max(torques) == pytest.approx(1.0)
+
+
+def test_without_strays_only_noise_counts():
+    noise, room = 0.01, 0.02
+    spread = math.hypot(LAW.gain * noise, LAW.hand) / room
+    assert held_share(LAW, np.zeros(3), noise, room) == pytest.approx(2.0 * ndtr(1.0 / spread) - 1.0)
+    half = held_share(LAW, np.array([0.0, 50.0]), 0.0, 1.0)
+    assert half == pytest.approx(0.5), "half of the places stray too far"
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [("speed", (0.05, 0.1, 0.2, 0.4, 0.8)), ("lag", (0.0, 0.2, 0.5)), ("noise", (0.001, 0.02, 0.1))],
+)
+def test_what_is_faster_later_or_noisier_fails_more_often(field, values):
+    found = [predict(LAW, USUAL._replace(**{field: value}))[0] for value in values]
+    assert all(first > second for first, second in zip(found, found[1:])), found
+
+
+def test_sharper_bends_and_narrower_jaws_fail_more_often_and_a_known_path_less():
+    usual, bound = predict(LAW, USUAL)
+    assert usual < bound
+    assert predict(LAW, USUAL._replace(curvature=bends(30.0, 0.15)))[0] < usual
+    assert predict(LAW, USUAL._replace(grasp=replace(GUIDED, jaw_opening=0.06)))[0] < usual
+    assert predict(LAW, USUAL._replace(grasp=replace(GUIDED, descent="blind")))[0] < usual
+    assert usual < predict(LAW, USUAL._replace(known=True))[0] <= bound
+    assert predict(LAW, USUAL._replace(lag=PATH_DURATION))[0] == 0.0, "a packet does not reach that far"
+
+
+def test_half_of_the_descents_follow_at_the_limit_of_the_arm():
+    for speed, bend, turns in (
+        (0.6 * LAW.demand, 0.0, False),
+        (0.4, 12.5 * LAW.demand, True),
+        (0.5, 56.0 * LAW.demand, False),
+    ):
+        assert followed_share(LAW, demand(speed, bend, turns, LIMITS)) == pytest.approx(0.5), speed
+
+
+def test_the_largest_gain_comes_first():
+    assert next(iter(limiting(LAW, USUAL))) in ("bends", "lag")
+    assert next(iter(limiting(LAW, USUAL._replace(noise=0.03, curvature=bends(0.0, 1.0))))) == "noise"
+    assert next(iter(limiting(LAW, USUAL._replace(speed=0.8, curvature=bends(0.0, 1.0))))) == "arm"
+
+
+def test_the_command_names_the_probability_its_interval_and_the_limit(capsys):
+    assert main(["predict-success", "--speed", "0.2", "--lag", "0.25", "--curvature", "8", "--arm", "ur5e"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:20].strip() for line in lines] == ["success", "limited by", "perfect prediction"]
+    assert "bends" in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--speed", "5"], "--speed 5: must be from 0 to 2"),
+        (["--noise", "nan"], "--noise nan: must be from 0 to 0.1"),
+        (["--arm", "hoist"], "arm must be one of"),
+        (["--set", "grasp.jaw_opening=0.03"], "too narrow"),
+    ],
+)
+def test_wrong_options_are_one_line(arguments, said, capsys):
+    assert main(["predict-success", *arguments]) == 2
+    text = capsys.readouterr().err
+    assert said in text and text.count("\n") == 1
