@@ -61,6 +61,7 @@ RESTS_ON = {
     "latency": (),
     "latency_curve": lambda row: (row["scenario"],),
     "launches": lambda row: (row["scenario"],),
+    "success_law": lambda row: (row["scenario"],),
     "live_cost": _LEARNED,
     "measured_vision": _of_estimator,
     "rivals": lambda row: (row["scenario"],),

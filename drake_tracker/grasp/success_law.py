@@ -18,8 +18,10 @@ from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.descent import RESPONSE, time_to_touch
 
-TURN = math.radians(22.0)
-"""Error of the direction at which half of the trains are lifted (`descent.OBLIQUE`) [rad]."""
+TURN = math.radians(20.0)
+"""Error of the direction that uses up all room between the jaws [rad]; fitted with `LAW`."""
+SLIDE = 1.3
+"""Error along the jaws that loses an object, over half of its length; fitted with `LAW`."""
 STEP = 0.001
 """Distance between places of a path [m]."""
 _DIRECTIONS = np.linspace(0.0, np.pi, 16, endpoint=False)
@@ -43,26 +45,22 @@ class Law(NamedTuple):
     """The constants of the law.
 
     Attributes:
-        guided_age: age of what the filter knows when a guided hand relies on it, besides lag and response [s].
-        blind_age: the same for a blind descent, besides lag and descent [s].
+        age: age of what the filter knows about the path when the hand relies on it, besides lag and horizon [s].
         gain: standard deviation of a predicted place over the noise of a measured point.
         hand: standard deviation of what else displaces the hand from the object [m].
-        demand: share of the arm's limits at which half of the descents can follow.
-        steepness: exponent of this share.
+        steepness: exponent of the share of the arm's limits that the object demands.
     """
 
-    guided_age: float
-    blind_age: float
+    age: float
     gain: float
     hand: float
-    demand: float
     steepness: float
 
 
 UNCERTAINTY = 0.07
 """Difference from the predicted share within which 90 % of the cells that checked the law lie (goal)."""
-LAW = Law(0.171, 0.240, 1.68, 0.0062, 1.04, 9.5)
-"""Fitted by `benchmarks/success_law.py --fit`."""
+LAW = Law(age=0.128, gain=1.76, hand=0.0071, steepness=4.6)
+"""Fitted to 1,293 runs on measured vision (`benchmarks/success_law.py --fit`)."""
 
 
 def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
@@ -121,12 +119,14 @@ def stray_ratios(curvature: np.ndarray, distance: float, room: float, reach: flo
         curvature: as for `strays`.
         distance: as for `strays`.
         room: largest error across the path [m].
-        reach: largest error along the path of an object that does not turn [m]; None for one that turns with its path,
-            whose direction counts.
+        reach: half of the length of an object that does not turn [m]; None for one that turns with its path: one that
+            lies obliquely needs more room.
     """
     across, along, turn = strays(curvature, distance)
-    other = np.abs(turn) / TURN if reach is None else np.abs(along) / reach
-    return np.maximum(np.abs(across) / room, other)
+    beside = np.abs(across) / room
+    if reach is None:
+        return beside + np.abs(turn) / TURN
+    return np.maximum(beside, np.abs(along) / (SLIDE * reach))
 
 
 def held_share(law: Law, ratios: np.ndarray, noise: float | np.ndarray, room: float | np.ndarray) -> np.ndarray:
@@ -159,13 +159,14 @@ def demand(
 
 
 def followed_share(law: Law, demanded: np.ndarray) -> np.ndarray:
-    """Returns the share of descents that the arm can follow: the bound of a controller that predicts perfectly.
+    """Returns the share of descents that the arm can follow, half of them at its limits: the bound of a controller that
+    predicts perfectly.
 
     Args:
         law: the constants.
         demanded: share of the arm's limits (`demand`).
     """
-    return 1.0 / (1.0 + (demanded / law.demand) ** law.steepness)
+    return 1.0 / (1.0 + demanded**law.steepness)
 
 
 class Situation(NamedTuple):
@@ -199,10 +200,9 @@ def predict(law: Law, situation: Situation) -> tuple[float, float]:
         situation: what decides.
     """
     grasp, horizon = situation.grasp, law_horizon(situation.grasp, situation.lag)
-    age = law.guided_age if grasp.descent == "guided" else law.blind_age
     room = 0.5 * (grasp.jaw_opening - grasp.object_width)
     reach = None if grasp.turns else grasp.reach
-    ratios = stray_ratios(situation.curvature, situation.speed * (horizon + age), room, reach)
+    ratios = stray_ratios(situation.curvature, situation.speed * (horizon + law.age), room, reach)
     ratios = np.zeros(1) if situation.known else ratios
     bend = float(np.sqrt(np.mean(situation.curvature**2)))
     followed = float(followed_share(law, demand(situation.speed, bend, grasp.turns, situation.limits)))

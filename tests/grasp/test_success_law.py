@@ -98,11 +98,7 @@ def test_sharper_bends_and_narrower_jaws_fail_more_often_and_a_known_path_less()
 
 
 def test_half_of_the_descents_follow_at_the_limit_of_the_arm():
-    for speed, bend, turns in (
-        (0.6 * LAW.demand, 0.0, False),
-        (0.4, 12.5 * LAW.demand, True),
-        (0.5, 56.0 * LAW.demand, False),
-    ):
+    for speed, bend, turns in ((0.6, 0.0, False), (0.4, 12.5, True), (0.5, 56.0, False)):
         assert followed_share(LAW, demand(speed, bend, turns, LIMITS)) == pytest.approx(0.5), speed
 
 
