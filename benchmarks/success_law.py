@@ -37,6 +37,7 @@ from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
 from drake_tracker.grasp.success_law import (
+    AGE,
     LAW,
     STEP,
     HandLimits,
@@ -52,7 +53,7 @@ from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
 
-FIRST_SEED = {"fit": 84000, "cells": 86000}
+FIRST_SEED = {"fit": 84000, "cells": 87000}
 RESULTS = common.RESULTS / "success_law.jsonl"
 PACKAGED = Path(train.__file__).with_name("train_vision.yaml")
 """The measured error of the packaged cameras."""
@@ -75,8 +76,8 @@ ESTIMATORS = {
 PATHS = ("oval", "stadium", "figure_eight", "random_walk")
 """Families of paths of the fit. `circle` and *lobes* are in cells only."""
 SHARES = np.linspace(0.0, 1.0, 26)
-DELAYS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
-"""Times [s] added to the horizon for which the stray of the path is computed."""
+MEMORIES = (0.0, 0.3, 0.6, 0.9)
+"""Memories of the filter [s] for which the stray of the path is computed."""
 LOBES_RADIUS, LOBES_DEPTH = 0.13, 0.12
 """Mean radius of the track with five lobes [m], and the depth of its lobes as a share of it."""
 NUMBERS = (
@@ -241,9 +242,8 @@ def packaged_error():
 def features(scenario, condition):
     """Returns what the law rests on, in SI units: {name: value}.
 
-    ``strays`` has, for each of `DELAYS`, the quantiles `SHARES` of how far the path strays, within the horizon, from an
-    arc that continues it, as a share of what the jaws tolerate: across the path, in direction, and for an object that
-    does not turn along the path.
+    ``strays`` has, for each of `MEMORIES`, the quantiles `SHARES` of how far the path strays within the horizon from an
+    arc that continues it, as a share of what the jaws tolerate.
     """
     setup = resolve(scenario)
     track, _ = setup.placement
@@ -265,14 +265,14 @@ def features(scenario, condition):
         **{f"arm_{name}": round(value, 3) for name, value in limits._asdict().items()},
         "bend_max": round(float(np.max(np.abs(bend))), 2),
         "bend_rms": round(float(np.sqrt(np.mean(bend**2))), 2),
-        "strays": [quantiles(bend, speed * (horizon + delay), room, grasp) for delay in DELAYS],
+        "strays": [quantiles(bend, speed * (horizon + AGE), speed * memory, room, grasp) for memory in MEMORIES],
     }
 
 
-def quantiles(curvature, distance, room, grasp):
+def quantiles(curvature, distance, memory, room, grasp):
     """Returns the quantiles `SHARES` of how far a path strays within a distance [m], as a share of what the jaws
     tolerate."""
-    ratios = stray_ratios(curvature, distance, room, None if grasp.turns else grasp.reach)
+    ratios = stray_ratios(curvature, distance, memory, room, None if grasp.turns else grasp.reach)
     return np.round(np.quantile(ratios, SHARES), 3).tolist()
 
 
@@ -280,7 +280,7 @@ def predicted(law, rows):
     """Returns the probability of success of each row, shape (n,)."""
     column = {key: np.array([row[key] for row in rows], dtype=float) for key in NUMBERS}
     tables, horizon, room = np.array([row["strays"] for row in rows]), column["horizon_s"], column["room_m"]
-    place = min(law.age / DELAYS[1], len(DELAYS) - 1.001)
+    place = min(law.memory / MEMORIES[1], len(MEMORIES) - 1.001)
     low, weight = int(place), place % 1.0
     quantiles = (1.0 - weight) * tables[:, low] + weight * tables[:, low + 1]
     quantiles[is_known(rows)] = 0.0

@@ -35,22 +35,31 @@ USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), LIMITS, GUIDED)
 
 @pytest.mark.parametrize("curvature", [0.0, 8.0, -20.0])
 def test_a_path_of_constant_curvature_does_not_stray(curvature):
-    for errors in strays(np.full(500, curvature), 0.1):
-        assert len(errors) == 401 and np.abs(errors) == pytest.approx(np.zeros(401), abs=1e-5)
+    for errors in strays(np.full(500, curvature), 0.1, 0.0):
+        assert len(errors) == 400 and np.abs(errors) == pytest.approx(np.zeros(400), abs=1e-5)
 
 
 def test_a_straight_that_becomes_an_arc_strays_as_geometry_says():
     """At a place ``before`` the bend the arc is a straight line; the path ends on a circle of radius 1 / curvature."""
     curvature, distance, bend_at = 5.0, 0.12, 0.2
-    across, along, turn = strays(np.where(np.arange(400) * STEP < bend_at, 0.0, curvature), distance)
+    across, along, turn = strays(np.where(np.arange(400) * STEP < bend_at, 0.0, curvature), distance, 0.0)
     for place in (0.05, 0.10, 0.15, 0.19):
-        k, angle = round(place / STEP), max(place + distance - bend_at, 0.0) * curvature
+        k, angle = round(place / STEP) - 1, max(place + distance - bend_at, 0.0) * curvature
         end = np.array([bend_at + math.sin(angle) / curvature, (1.0 - math.cos(angle)) / curvature])
         offset = np.array([place + distance, 0.0]) - (end if angle else [place + distance, 0.0])
         left, ahead = np.array([-math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), math.sin(angle)])
         assert across[k] == pytest.approx(offset @ left, abs=3e-5), place
         assert along[k] == pytest.approx(offset @ ahead, abs=3e-5), place
         assert turn[k] == pytest.approx(-angle, abs=1e-2), place
+
+
+def test_a_memory_takes_the_mean_curvature_for_the_present_one():
+    curvature, distance, memory, bend_at = 5.0, 0.1, 0.08, 0.2
+    path = np.where(np.arange(500) * STEP < bend_at, 0.0, curvature)
+    *_, turn = strays(path, distance, memory)
+    for place in (0.22, 0.25, 0.30):
+        known = min((place - bend_at) / memory, 1.0) * curvature
+        assert turn[round((place - memory) / STEP)] == pytest.approx((known - curvature) * distance, abs=0.01), place
 
 
 @pytest.mark.parametrize("description", [PUMA560, UR5E])
