@@ -53,6 +53,8 @@ COMMANDS = {
     "faults.jsonl": ("faults.py", "faults.py --rendered --seeds 5"),
     "rivals.jsonl": ("rivals.py --seeds 20", "rivals.py --seeds 20 --lags 6 --rendered"),
     "latency_curve.jsonl": ("latency_curve.py", "latency_curve.py --task ball"),
+    "launches.jsonl": ("launches.py",),
+    "success_law.jsonl": ("success_law.py",),
     "grasp_map.jsonl": ("grasp_map.py", "grasp_map.py --rendered --seeds 5"),
     "measured_vision.jsonl": ("measured_vision.py",),
     "second_attempts.jsonl": ("second_attempts.py",),

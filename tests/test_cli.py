@@ -475,7 +475,7 @@ def test_time_left_in_words(missing, words):
 
 @pytest.mark.parametrize("command", ["", *[module.__name__.rpartition(".")[2] for module in cli.COMMANDS]])
 def test_every_help_text_names_the_next_useful_command(capsys, command):
-    command = {"list_scenarios": "list"}.get(command, command)
+    command = {"list_scenarios": "list"}.get(command, command).replace("_", "-")
     with pytest.raises(SystemExit) as caught:
         cli.main([*command.split(), "--help"])
     assert caught.value.code == 0

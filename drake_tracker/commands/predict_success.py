@@ -22,8 +22,8 @@ def register(commands: Commands) -> None:
         "vision, the object's speed and path, and the arm; and says which of these limits it. No run is simulated.",
         next_step="drake-tracker run train:guided --set track.speed=0.2 simulates one such grasp.",
     )
-    command.add_argument("--speed", type=float, default=0.15, help="of the object (default: 0.15) [m/s]")
-    command.add_argument("--lag", type=float, default=0.25, help="of vision (default: 0.25) [s]")
+    command.add_argument("--speed", type=float, help="of the object (default: track.speed, 0.15) [m/s]")
+    command.add_argument("--lag", type=float, help="of vision (default: vision.lag_cycles / 60, 0.25) [s]")
     command.add_argument(
         "--noise", type=float, default=0.0015, help="standard deviation of a point, per axis (default: 0.0015) [m]"
     )
@@ -45,14 +45,16 @@ def execute(options: Namespace) -> int:
     from drake_tracker.tasks.train.setup import resolve
 
     for name, largest in LARGEST.items():
-        if not 0.0 <= getattr(options, name) <= largest:
-            raise DrakeTrackerError(f"--{name} {getattr(options, name):g}: must be from 0 to {largest:g}")
+        value = getattr(options, name)
+        if value is not None and not 0.0 <= value <= largest:
+            raise DrakeTrackerError(f"--{name} {value:g}: must be from 0 to {largest:g}")
     kinds = {settings.__name__.lower(): settings.__name__ for settings in ARMS.names.values()}
     arm = kinds.get(options.arm.lower(), options.arm)
-    setup = resolve(load_scenario("train:guided", overrides=[f"arm={arm}", *options.overrides]))
+    scenario = load_scenario("train:guided", overrides=[f"arm={arm}", *options.overrides])
+    setup = resolve(scenario)
     situation = Situation(
-        options.speed,
-        options.lag,
+        scenario.track.speed if options.speed is None else options.speed,
+        scenario.vision.lag_cycles / 60.0 if options.lag is None else options.lag,
         options.noise,
         bends(options.curvature, options.straight),
         hand_limits(setup.reach.model, setup.reach.q_initial),

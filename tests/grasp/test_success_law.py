@@ -124,6 +124,13 @@ def test_the_command_names_the_probability_its_interval_and_the_limit(capsys):
     assert "bends" in lines[1]
 
 
+def test_settings_and_options_are_the_same(capsys):
+    assert main(["predict-success", "--speed", "0.2", "--lag", "0.1"]) == 0
+    given = capsys.readouterr().out
+    assert main(["predict-success", "--set", "track.speed=0.2", "--set", "vision.lag_cycles=6"]) == 0
+    assert capsys.readouterr().out == given
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
