@@ -40,6 +40,7 @@ def execute(options: Namespace) -> int:
     """Prints the prediction; returns the exit code."""
     quiet_drake()
     from drake_tracker.arm.description import ARMS
+    from drake_tracker.core.timing import VISION_PERIOD
     from drake_tracker.grasp.success_law import LAW, UNCERTAINTY, Situation, bends, hand_limits, limiting, predict
     from drake_tracker.tasks import load_scenario
     from drake_tracker.tasks.train.setup import resolve
@@ -54,7 +55,7 @@ def execute(options: Namespace) -> int:
     setup = resolve(scenario)
     situation = Situation(
         scenario.track.speed if options.speed is None else options.speed,
-        scenario.vision.lag_cycles / 60.0 if options.lag is None else options.lag,
+        scenario.vision.lag_cycles * VISION_PERIOD if options.lag is None else options.lag,
         options.noise,
         bends(options.curvature, options.straight),
         hand_limits(setup.reach.model, setup.reach.q_initial),
