@@ -8,9 +8,8 @@ scaled. Of each run the first descent counts: it is a success if the jaws hold t
 that has not begun a descent within `PATIENCE` has failed.
 
 - ``fit``: a seed draws everything.
-- ``cells``: the seed draws only the place of the track, where the object starts, the noise and the time of the launch.
-  Each cell has an arm, a family of paths or an estimator that ``fit`` does not have. The Panda needs
-  ``pip install example-robot-data==6.0.0``.
+- ``cells``: each cell has an arm, a family of paths or an estimator that ``fit`` does not have; the seed draws the
+  rest. The Panda needs ``pip install example-robot-data==6.0.0``.
 
 Each run becomes a line of ``results/success_law.jsonl`` as soon as it ends.
 """
@@ -78,8 +77,6 @@ PATHS = ("oval", "stadium", "figure_eight", "random_walk")
 SHARES = np.linspace(0.0, 1.0, 26)
 MEMORIES = (0.0, 0.3, 0.6, 0.9)
 """Memories of the filter [s] for which the stray of the path is computed."""
-LOBES_RADIUS, LOBES_DEPTH = 0.13, 0.12
-"""Mean radius of the track with five lobes [m], and the depth of its lobes as a share of it."""
 NUMBERS = (
     *("horizon_s", "room_m", "noise_m", "speed", "bend_rms", "turns"),
     *(f"arm_{name}" for name in HandLimits._fields),
@@ -87,29 +84,9 @@ NUMBERS = (
 """Numbers of a row that the law rests on."""
 
 
-USUAL = {
-    "arm": "PUMA 560",
-    "estimator": "closed path",
-    "descent": "guided",
-    "body": "train",
-    "path": "oval",
-    "speed": 0.2,
-    "lag": 15,
-    "noise": 1.0,
-    "jaws": 0.088,
-    "size": {},
-}
-"""What a cell has unless it says otherwise: speed [m/s], lag [cycles of 1/60 s], factor of the errors of vision, jaws
-[m], and settings of the track."""
-
-
-def condition(**given):
-    """Returns a condition: what a cell fixes and what a seed of the fit draws."""
-    return {**USUAL, **given}
-
-
 def drawn(seed):
-    """Returns the condition that a seed of the fit draws."""
+    """Returns the condition that a seed draws: speed [m/s], lag [cycles of 1/60 s], factor of vision's errors, jaws
+    [m], and so on."""
     rng = np.random.default_rng([seed, 84])
     path = str(rng.choice(PATHS))
     size = {
@@ -120,70 +97,46 @@ def drawn(seed):
     }
     if path == "random_walk":
         size["track.straight_range"] = [0.04, round(rng.uniform(0.06, 0.25), 3)]
-    return condition(
-        path=path,
-        size=size,
-        arm=str(rng.choice(["PUMA 560", "UR5e", "seven joints"])),
-        estimator=str(rng.choice(["arc length", "coordinated turn", "closed path"])),
-        descent=str(rng.choice(["guided", "guided", "blind"])),
-        body=str(rng.choice(["train", "train", "cube"])),
-        speed=round(log_uniform(rng, 0.05, 0.5), 4),
-        lag=int(rng.integers(2, 31)),
-        noise=round(log_uniform(rng, 0.5, 6.0), 3),
-        jaws=round(rng.uniform(0.050, 0.088), 4),
-    )
+    return {
+        "path": path,
+        "size": size,
+        "arm": str(rng.choice(["PUMA 560", "UR5e", "seven joints"])),
+        "estimator": str(rng.choice(["arc length", "coordinated turn", "closed path"])),
+        "descent": str(rng.choice(["guided", "guided", "blind"])),
+        "body": str(rng.choice(["train", "train", "cube"])),
+        "speed": round(log_uniform(rng, 0.05, 0.5), 4),
+        "lag": int(rng.integers(2, 31)),
+        "noise": round(log_uniform(rng, 0.5, 6.0), 3),
+        "jaws": round(rng.uniform(0.050, 0.088), 4),
+    }
 
 
 def log_uniform(rng, low, high):
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-WALK = {"track.corner_radius": 0.03, "track.straight_range": [0.06, 0.25]}
-SMALL = {"track.radius": 0.08}
-ROUND = {"track.radius": 0.12, "track.straight": 0.15}
-TURN, GAMMA = "coordinated turn", "alpha-beta-gamma"
+GAMMA = "alpha-beta-gamma"
 CELLS = {
-    name: condition(**others)
-    for name, others in {
-        "Panda, oval": {"arm": "Panda", "speed": 0.25},
-        "Panda, stadium, blind": {
-            "arm": "Panda",
-            "path": "stadium",
-            "size": ROUND,
-            "descent": "blind",
-            "estimator": TURN,
-        },
-        "Panda, figure eight": {"arm": "Panda", "path": "figure_eight", "speed": 0.25, "estimator": TURN},
-        "Panda, lobes, noisy": {
-            "arm": "Panda",
-            "path": "lobes",
-            "speed": 0.09,
-            "noise": 3.0,
-            "estimator": TURN,
-        },
-        "lobes": {"path": "lobes", "estimator": TURN, "speed": 0.1},
-        "lobes, blind": {"path": "lobes", "estimator": "arc length", "descent": "blind", "speed": 0.06},
-        "lobes, narrow jaws": {
-            "path": "lobes",
-            "estimator": "arc length",
-            "jaws": 0.06,
-            "arm": "UR5e",
-            "speed": 0.09,
-        },
-        "circle, noisy": {"path": "circle", "size": SMALL, "noise": 5.0, "jaws": 0.06, "estimator": TURN},
-        "alpha-beta-gamma, oval": {"estimator": GAMMA, "lag": 6},
-        "alpha-beta-gamma, walks": {"estimator": GAMMA, "path": "random_walk", "size": WALK, "speed": 0.08, "lag": 6},
-        "alpha-beta-gamma, figure eight, blind": {
-            "estimator": GAMMA,
-            "path": "figure_eight",
-            "descent": "blind",
-            "speed": 0.12,
-            "lag": 10,
-        },
-        "Panda, lobes, alpha-beta-gamma": {"arm": "Panda", "path": "lobes", "estimator": GAMMA, "speed": 0.1},
-    }.items()
+    "Panda, ovals": {"arm": "Panda", "path": "oval", "speed": 0.2},
+    "Panda, stadiums, blind": {"arm": "Panda", "path": "stadium", "descent": "blind", "speed": 0.12},
+    "Panda, figures of eight": {"arm": "Panda", "path": "figure_eight", "speed": 0.1, "lag": 15},
+    "Panda, lobes": {"arm": "Panda", "path": "lobes", "speed": 0.08},
+    "lobes": {"path": "lobes", "speed": 0.1, "lag": 10},
+    "lobes, blind": {"path": "lobes", "descent": "blind", "speed": 0.07},
+    "lobes, noisy": {"path": "lobes", "noise": 5.0, "speed": 0.08},
+    "circles, narrow jaws": {"path": "circle", "jaws": 0.055, "speed": 0.2},
+    "alpha-beta-gamma": {"estimator": GAMMA, "speed": 0.15, "lag": 10},
+    "alpha-beta-gamma, blind": {"estimator": GAMMA, "descent": "blind", "speed": 0.1},
+    "alpha-beta-gamma, walks": {"estimator": GAMMA, "path": "random_walk", "speed": 0.1, "lag": 6},
+    "Panda, lobes, alpha-beta-gamma": {"arm": "Panda", "path": "lobes", "estimator": GAMMA, "speed": 0.1},
 }
-"""{cell: its condition}. *Lobes* are a closed curve whose curvature changes all the time (`lobes_file`)."""
+"""{cell: what all its runs have in common}; the seed draws the rest as for the fit. *Lobes* are closed curves whose
+curvature changes all the time (`lobes_file`)."""
+
+
+def condition_of(part, cell, seed):
+    """Returns the condition of a run."""
+    return {**drawn(seed), **(CELLS[cell] if part == "cells" else {})}
 
 
 def scenario_of(condition, seed, folder):
@@ -214,12 +167,12 @@ def scenario_of(condition, seed, folder):
 
 
 def lobes_file(rng, folder):
-    """Writes a closed track with five lobes, placed at random, to a file; returns its path."""
+    """Writes a closed track with lobes, of random size and in a random place, to a file; returns its path."""
+    count, depth, radius = rng.integers(3, 7), rng.uniform(0.04, 0.15), rng.uniform(0.11, 0.14)
     angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
-    radius = LOBES_RADIUS * (1.0 + LOBES_DEPTH * np.cos(5.0 * (angle - rng.uniform(0.0, 2.0 * np.pi))))
-    points = (
-        np.column_stack([np.cos(angle), np.sin(angle)]) * radius[:, None] + [0.56, 0.0] + rng.uniform(-0.03, 0.03, 2)
-    )
+    distance = radius * (1.0 + depth * np.cos(count * (angle - rng.uniform(0.0, 2.0 * np.pi))))
+    x, y = np.array([0.56, 0.0]) + rng.uniform(-0.02, 0.02, 2)
+    points = np.column_stack([x + distance * np.cos(angle), y + distance * np.sin(angle)])
     path = Path(folder) / "lobes.csv"
     np.savetxt(path, points, delimiter=",", header="x,y", comments="", fmt="%.6f")
     return path
@@ -326,7 +279,7 @@ def run_one(job):
     """Runs one descent in a worker; returns its line, or `Lost`."""
     part, cell, seed = job
     start = time.monotonic()
-    condition = CELLS[cell] if part == "cells" else drawn(seed)
+    condition = condition_of(part, cell, seed)
     try:
         with tempfile.TemporaryDirectory() as folder:
             scenario = scenario_of(condition, seed, folder)

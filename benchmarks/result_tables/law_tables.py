@@ -32,22 +32,13 @@ def cells_of(rows):
 
 def law_table(rows):
     """Returns (header, rows): the share of each cell beside the prediction."""
-    header = ["cell", "estimator", "speed", "lag", "runs", "predicted", "lifted", "Wilson 95 %", "difference"]
+    header = ["cell", "runs", "predicted", "lifted", "Wilson 95 %", "difference"]
     found = []
     for cell, count, chance, lifted in cells_of(rows):
-        condition = CELLS[cell]
+        share = lifted / count
+        difference = f"{100 * (share - chance):+.0f}"
         found.append(
-            [
-                cell,
-                condition["estimator"],
-                f"{condition['speed']:g} m/s",
-                f"{condition['lag'] / 60:.2f} s",
-                count,
-                f"{100 * chance:.0f} %",
-                f"{100 * lifted / count:.0f} %",
-                interval(lifted, count),
-                f"{100 * (lifted / count - chance):+.0f}",
-            ]
+            [cell, count, f"{100 * chance:.0f} %", f"{100 * share:.0f} %", interval(lifted, count), difference]
         )
     return header, found
 
@@ -94,7 +85,7 @@ def draw(rows, path):
         right.plot(ends, ends, color="0.35")
         right.fill_between(ends, ends - 100 * UNCERTAINTY, ends + 100 * UNCERTAINTY, color="0.85", lw=0)
         right.set(xlabel="predicted  [%]", ylabel="lifted  [%]", xlim=(0, 100), ylim=(0, 103))
-        right.set_title("Arms, paths and estimators that the fit did not see")
+        right.set_title("New arms, paths and estimators")
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=110)
     print(f"wrote {path}")
