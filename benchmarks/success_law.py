@@ -268,7 +268,7 @@ def fit(rows):
         options = {"adaptive": True, "maxfev": 6000, "xatol": 1e-3, "fatol": 1e-3}
         found = minimize(loss, found, method="Nelder-Mead", options=options).x
     deviations = []
-    for k in range(len(found)):  # where the likelihood has fallen by 1/2
+    for k in range(len(found)):  # from the second derivative of the loss
         step = 0.02 * np.eye(len(found))[k]
         bend = (loss(found + step) + loss(found - step) - 2.0 * loss(found)) / 0.02**2
         deviations.append(1.0 / math.sqrt(bend) if bend > 0.0 else math.inf)

@@ -8,8 +8,6 @@ from drake_tracker.campaign.rates import wilson
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.success_law import LAW, UNCERTAINTY, HandLimits, Situation, bends, predict
 
-FEWEST = 300
-"""Runs of a complete cell."""
 CURVATURES = (4.0, 8.0, 16.0, 32.0)
 """Of the bends in the chart [1/m]."""
 STRAIGHT = 0.15

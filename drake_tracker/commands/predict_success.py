@@ -19,7 +19,8 @@ def register(commands: Commands) -> None:
         execute,
         help="predict how often a grasp would succeed",
         description="Predicts how often the first descent to a moving object lifts it, from the lag and the noise of "
-        "vision, the object's speed and path, and the arm; and says which of these limits it. No run is simulated.",
+        "vision, the object's speed and path, and the arm; and says which of these limits it. The path has straights "
+        "and quarter bends in turn; of the track's settings only the speed counts. No run is simulated.",
         next_step="drake-tracker run train:guided --set track.speed=0.2 simulates one such grasp.",
     )
     command.add_argument("--speed", type=float, help="of the object (default: track.speed, 0.15) [m/s]")
@@ -66,6 +67,7 @@ def execute(options: Namespace) -> int:
     low, high = max(success - UNCERTAINTY, 0.0), min(success + UNCERTAINTY, 1.0)
     limit, without = next(iter(limiting(LAW, situation).items()))
     print(f"{'success':<20}{100 * success:.0f} % ({100 * low:.0f} to {100 * high:.0f} %)")
-    print(f"{'limited by':<20}{_LIMITS[limit]}: {100 * without:.0f} % without")
+    said = f"{_LIMITS[limit]}: {100 * without:.0f} % without" if without > success + 0.005 else "nothing"
+    print(f"{'limited by':<20}{said}")
     print(f"{'perfect prediction':<20}{100 * bound:.0f} %, what the arm can follow")
     return SUCCESS

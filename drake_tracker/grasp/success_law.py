@@ -19,13 +19,15 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.descent import RESPONSE, time_to_touch
 
 AGE = 0.05
-"""Age of a prediction when the servo relies on it, besides the lag of vision [s]; fitted with `LAW`."""
+"""Age of a prediction when the servo relies on it, besides the lag of vision [s]; found with `LAW` on the same runs."""
 TURN = math.radians(31.0)
-"""Error of the direction that uses up all room between the jaws [rad]; fitted with `LAW`."""
+"""Error of the direction that uses up all room between the jaws [rad]; found as `AGE`."""
 SLIDE = 1.3
-"""Error along the jaws that loses an object, over half of its length; fitted with `LAW`."""
+"""Error along the jaws that loses an object, over half of its length; found as `AGE`."""
 STEP = 0.001
 """Distance between places of a path [m]."""
+PATH_LENGTH = 20.0
+"""Length of the path that stands for all paths of straights and bends [m]; no object comes half as far in a horizon."""
 _DIRECTIONS = np.linspace(0.0, np.pi, 16, endpoint=False)
 
 
@@ -60,8 +62,8 @@ class Law(NamedTuple):
 
 
 UNCERTAINTY = 0.2
-"""Difference from the predicted share within which 11 of 12 cells with other arms, paths and estimators lay, 33 runs
-each, seeds 86000 to 86033."""
+"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.11 at most
+in the cells of `benchmarks/success_law.py --part cells`."""
 LAW = Law(memory=0.65, gain=1.68, hand=0.0066, steepness=5.3)
 """Fitted to 1,293 runs on measured vision (`benchmarks/success_law.py --fit`)."""
 
@@ -244,13 +246,12 @@ def limiting(law: Law, situation: Situation) -> dict[str, float]:
 
 
 def bends(curvature: float, straight: float) -> np.ndarray:
-    """Returns the curvature along a path of straights and quarter bends in turn, as for `strays`, two laps long.
+    """Returns the curvature along a path of straights and quarter bends in turn, as for `strays`.
 
     Args:
         curvature: of the bends [1/m]; 0: the path is straight.
         straight: length of the straights [m].
     """
-    if curvature == 0.0:
-        return np.zeros(round(max(straight, 1.0) / STEP))
-    side = np.append(np.zeros(round(straight / STEP)), np.full(round(0.5 * np.pi / (curvature * STEP)), curvature))
-    return np.tile(side, 8)
+    bend = min(0.5 * np.pi / curvature, 0.5 * PATH_LENGTH) if curvature > 0.0 else 0.0
+    side = np.append(np.zeros(round(straight / STEP)), np.full(round(bend / STEP), curvature))
+    return np.resize(side, round(PATH_LENGTH / STEP)) if len(side) else np.zeros(round(PATH_LENGTH / STEP))

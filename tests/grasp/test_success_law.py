@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import success_law
 from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import make_arm_model
@@ -27,6 +28,7 @@ from drake_tracker.grasp.success_law import (
     predict,
     strays,
 )
+from drake_tracker.tasks.train.setup import resolve
 
 LIMITS = HandLimits(0.6, 5.0, 14.0)
 GUIDED = GraspConfig(descent="guided")
@@ -122,6 +124,32 @@ def test_the_command_names_the_probability_its_interval_and_the_limit(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [line[:20].strip() for line in lines] == ["success", "limited by", "perfect prediction"]
     assert "bends" in lines[1]
+
+
+@pytest.mark.parametrize("speed", ["0", "2"])
+@pytest.mark.parametrize("path", [("0", "0"), ("100", "0"), ("1e-9", "5"), ("100", "5")])
+def test_any_path_has_a_probability(capsys, speed, path):
+    options = ["--speed", speed, "--lag", "0.9", "--curvature", path[0], "--straight", path[1]]
+    assert main(["predict-success", *options]) == 0
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_what_succeeds_is_limited_by_nothing(capsys):
+    assert main(["predict-success", "--speed", "0.05", "--curvature", "0"]) == 0
+    assert "limited by          nothing" in capsys.readouterr().out
+
+
+def test_the_benchmark_predicts_what_the_command_predicts(tmp_path):
+    condition = {**success_law.drawn(84000), "path": "oval", "estimator": "arc length", "arm": "UR5e", "speed": 0.2}
+    scenario = success_law.scenario_of(condition, 84000, tmp_path)
+    row = {**condition, **success_law.features(scenario, condition), "launch_s": None}
+    setup = resolve(scenario)
+    track, _ = setup.placement
+    curvature = track.curvature(np.arange(0.5 * STEP, 2.0 * track.length, STEP))
+    limits = hand_limits(setup.reach.model, setup.reach.q_initial)
+    situation = Situation(0.2, condition["lag"] / 60.0, row["noise_m"], curvature, limits, setup.grasp)
+    (found,) = success_law.predicted(LAW, [row])
+    assert found == pytest.approx(predict(LAW, situation)[0], abs=0.02)
 
 
 def test_settings_and_options_are_the_same(capsys):
