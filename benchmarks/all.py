@@ -55,7 +55,6 @@ COMMANDS = {
     "latency_curve.jsonl": ("latency_curve.py", "latency_curve.py --task ball"),
     "launches.jsonl": ("launches.py",),
     "success_law.jsonl": ("success_law.py",),
-    "grasp_map.jsonl": ("grasp_map.py", "grasp_map.py --rendered --seeds 5"),
     "measured_vision.jsonl": ("measured_vision.py",),
     "second_attempts.jsonl": ("second_attempts.py",),
     "autopsy.jsonl": ("autopsy.py",),

@@ -2,6 +2,8 @@
 
     python benchmarks/success_law.py                 the runs to which the law is fitted, and the cells that check it
     python benchmarks/success_law.py --part cells    the runs of one part; resumes
+    python benchmarks/success_law.py --fit           only the fit, to the existing runs
+    python benchmarks/success_law.py --draw          only the table and the chart, from the existing runs
 
 The hand descends at a drawn time, whether or not the probability of success is high. Measured vision, whose errors are
 scaled. Of each run the first descent counts: it is a success if the jaws hold the object and have lifted it. An arm
@@ -26,7 +28,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 from methods.first_descent import first_descent
-from scipy.optimize import minimize
+from methods.law_fit import MEMORIES, SHARES, print_fit
+from result_tables.law_tables import draw, law_table
 from shared import common
 from shared.common import append_results, print_table
 from shared.stored import read_lines
@@ -34,26 +37,14 @@ from shared.stored import read_lines
 from drake_tracker import load_scenario
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
-from drake_tracker.grasp.success_law import (
-    AGE,
-    LAW,
-    STEP,
-    HandLimits,
-    Law,
-    demand,
-    followed_share,
-    hand_limits,
-    held_share,
-    law_horizon,
-    stray_ratios,
-)
+from drake_tracker.grasp.success_law import AGE, STEP, hand_limits, law_horizon, stray_ratios
 from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
 
 FIRST_SEED = {"fit": 84000, "cells": 87000}
 RESULTS = common.RESULTS / "success_law.jsonl"
+PICTURE = Path(__file__).parent.parent / "docs" / "images" / "success_law.png"
 PACKAGED = Path(train.__file__).with_name("train_vision.yaml")
 """The measured error of the packaged cameras."""
 RUNS = {"fit": 1300, "cells": 300}
@@ -74,14 +65,6 @@ ESTIMATORS = {
 }
 PATHS = ("oval", "stadium", "figure_eight", "random_walk")
 """Families of paths of the fit. `circle` and *lobes* are in cells only."""
-SHARES = np.linspace(0.0, 1.0, 26)
-MEMORIES = (0.0, 0.3, 0.6, 0.9)
-"""Memories of the filter [s] for which the stray of the path is computed."""
-NUMBERS = (
-    *("horizon_s", "room_m", "noise_m", "speed", "bend_rms", "turns"),
-    *(f"arm_{name}" for name in HandLimits._fields),
-)
-"""Numbers of a row that the law rests on."""
 
 
 def drawn(seed):
@@ -229,52 +212,6 @@ def quantiles(curvature, distance, memory, room, grasp):
     return np.round(np.quantile(ratios, SHARES), 3).tolist()
 
 
-def predicted(law, rows):
-    """Returns the probability of success of each row, shape (n,)."""
-    column = {key: np.array([row[key] for row in rows], dtype=float) for key in NUMBERS}
-    tables, horizon, room = np.array([row["strays"] for row in rows]), column["horizon_s"], column["room_m"]
-    place = min(law.memory / MEMORIES[1], len(MEMORIES) - 1.001)
-    low, weight = int(place), place % 1.0
-    quantiles = (1.0 - weight) * tables[:, low] + weight * tables[:, low + 1]
-    quantiles[is_known(rows)] = 0.0
-    held = held_share(law, 0.5 * (quantiles[:, 1:] + quantiles[:, :-1]), column["noise_m"], room)
-    limits = HandLimits(*(column[f"arm_{name}"] for name in HandLimits._fields))
-    followed = followed_share(law, demand(column["speed"], column["bend_rms"], column["turns"] > 0.0, limits))
-    return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION)
-
-
-def is_known(rows):
-    """Returns which objects had passed their whole path before the launch, seen by a filter that learns it."""
-    return np.array(
-        [
-            row["closed"]
-            and row["estimator"] == "closed path"
-            and (row["launch_s"] or 0.0) * row["speed"] > row["length_m"]
-            for row in rows
-        ]
-    )
-
-
-def fit(rows):
-    """Returns the `Law` of greatest likelihood, the standard deviation of each logarithm, and the loss of a run."""
-    lifted = np.array([row["lifted"] for row in rows], dtype=float)
-
-    def loss(logarithms):
-        chance = np.clip(predicted(Law(*np.exp(logarithms)), rows), 1e-3, 1.0 - 1e-3)
-        return -np.sum(lifted * np.log(chance) + (1.0 - lifted) * np.log(1.0 - chance))
-
-    found = np.log(LAW)
-    for _ in range(3):
-        options = {"adaptive": True, "maxfev": 6000, "xatol": 1e-3, "fatol": 1e-3}
-        found = minimize(loss, found, method="Nelder-Mead", options=options).x
-    deviations = []
-    for k in range(len(found)):  # from the second derivative of the loss
-        step = 0.02 * np.eye(len(found))[k]
-        bend = (loss(found + step) + loss(found - step) - 2.0 * loss(found)) / 0.02**2
-        deviations.append(1.0 / math.sqrt(bend) if bend > 0.0 else math.inf)
-    return Law(*np.exp(found)), deviations, loss(found) / len(rows)
-
-
 def run_one(job):
     """Runs one descent in a worker; returns its line, or `Lost`."""
     part, cell, seed = job
@@ -296,21 +233,6 @@ def describe(row):
     return f"{row['cell'] or row['part']}, seed {row['seed']}: {row['end']}"
 
 
-def print_fit(rows):
-    """Prints the law and how well its predictions agree with the runs to which it was fitted."""
-    rows = [row for row in rows if row["end"] != "refused"]
-    law, deviations, loss = fit(rows)
-    for name, value, deviation in zip(Law._fields, law, deviations):
-        print(f"{name:<14}{value:.4f}   standard deviation of its logarithm {deviation:.2f}")
-    print(f"{len(rows)} runs, {loss:.3f} nats a run")
-    chance, lifted = predicted(law, rows), np.array([row["lifted"] for row in rows])
-    groups = np.array_split(np.argsort(chance), 10)
-    print_table(
-        ["runs", "predicted", "lifted"],
-        [[len(group), f"{chance[group].mean():.3f}", f"{lifted[group].mean():.3f}"] for group in groups],
-    )
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", choices=RUNS, help="runs of one part (default: of both)")
@@ -318,10 +240,15 @@ def main():
     parser.add_argument("--first-seed", type=int)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
-    parser.add_argument("--fit", action="store_true", help="fit the law to the existing runs")
+    parser.add_argument("--fit", action="store_true", help="run nothing; fit the law")
+    parser.add_argument("--draw", action="store_true", help="run nothing; print the table of the cells, draw the chart")
     options = parser.parse_args()
     if options.fit:
         return print_fit([row for row in read_lines(options.results) if row["part"] == "fit"])
+    if options.draw:
+        rows = read_lines(options.results)
+        print_table(*law_table(rows))
+        return draw(rows, PICTURE if options.results == RESULTS else options.results.with_suffix(".png"))
     jobs = []
     for part in [options.part] if options.part else RUNS:
         first = FIRST_SEED[part] if options.first_seed is None else options.first_seed

@@ -54,7 +54,6 @@ RESTS_ON = {
     "faults": lambda row: (row.get("scenario", "train:learned"),),
     "footage": (),
     "fuzz": (),
-    "grasp_map": _of_estimator,
     "hard_paths": lambda row: (row["scenario"],),
     "imitation": _GUIDED,
     "space_filter": (),

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Callable
 
 MODULES = (
-    *("headline", "papers", "train", "latency_curve", "rivals", "grasp_map", "vision", "estimators"),
+    *("headline", "papers", "train", "latency_curve", "rivals", "success", "vision", "estimators"),
     *(
         "ball",
         "autopsy",

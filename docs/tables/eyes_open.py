@@ -1,9 +1,8 @@
-"""Vision until contact (`results/eyes_open.json`, `results/launches.jsonl`)."""
+"""Vision until contact (`results/eyes_open.json`)."""
 
 from result_tables import eyes_open_tables as benchmark
-from result_tables.launch_tables import calibration_table
 
-from tables.results import block, lines, origin, part, table
+from tables.results import part
 
 
 def eyes_open_event() -> str:
@@ -24,8 +23,3 @@ def eyes_open_hand() -> str:
 
 def eyes_open_wrist() -> str:
     return part("eyes_open", benchmark.TABLES, "wrist")
-
-
-def launches_calibration() -> str:
-    rows = [row for row in lines("launches") if not row["group"].startswith("from ")]
-    return block(table(*calibration_table(rows)), origin(rows))
