@@ -3,8 +3,9 @@
     python benchmarks/launches.py                              every group; resumes
     python benchmarks/launches.py --group guided --runs 300    some of them
 
-The launch gate is replaced by a drawn time, so that launches of every probability occur. Measured vision. Of each run
-the first descent counts: it is a success if the jaws hold the object and have lifted it. A seed draws path, speed, lag
+The launch gate is replaced by a drawn time, so that launches of every probability occur, and no descent is aborted
+because its probability is low. Measured vision. Of each run the first descent counts: it is a success if the jaws hold
+the object and have lifted it. A seed draws path, speed, lag
 of vision, opening of the jaws and the time of the launch:
 
 - ``learned``: the blind descent of `train:learned` on closed tracks;
@@ -35,6 +36,7 @@ from drake_tracker import load_scenario, simulate
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
+from drake_tracker.grasp.config import GraspConfig, PickConfig
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.train.setup import resolve
@@ -59,6 +61,8 @@ LATEST = {False: 12.0, True: 3.0}
 """{whether the track ends: longest time above the object before the launch [s]}; closed paths are learned in a lap."""
 BELT_TIME = 40.0
 """Duration of a run of the conveyor [s]."""
+ABORT = {config: config.abort_probability for config in (GraspConfig, PickConfig)}
+"""{settings of a hand: probability of success below which it aborts its descent}."""
 LONGEST = 60.0
 """Simulated time [s] after which a run without a launch ends."""
 
@@ -149,6 +153,9 @@ def run_one(job):
     """Runs one launch in a worker; returns its line, or `Lost`."""
     group, seed = job
     start = time.monotonic()
+    aborts = group in THRESHOLDS
+    for config, usual in ABORT.items():
+        config.abort_probability = usual if aborts else 0.0
     try:
         scenario, lag = scenario_of(group, seed)
         if group == "conveyor":
