@@ -4,14 +4,16 @@
     python benchmarks/launches.py --group guided --runs 300    some of them
 
 The launch gate is replaced by a drawn time, so that launches of every probability occur, and no descent is aborted
-because its probability is low. Measured vision. Of each run the first descent counts: it is a success if the jaws hold
-the object and have lifted it. A seed draws path, speed, lag
+because its probability is low. Measured vision, except in groups with cameras. Of each run the first descent counts: it
+is a success if the jaws hold the object and have lifted it. A seed draws path, speed, lag
 of vision, opening of the jaws and the time of the launch:
 
 - ``learned``: the blind descent of `train:learned` on closed tracks;
 - ``guided``: the guided descent of `train:guided`, on closed tracks and random walks, of a train or of a cube that does
   not turn;
 - ``from 0.80`` and others: the same runs as ``guided``, with the launch gate and this `grasp.launch_probability`;
+- ``guided with cameras``, ``wrist with cameras``, ``hill with cameras``: `train:guided`, `train:wrist` and `train:hill_guided` with
+  cameras, on closed tracks (on hills: ovals), of a train;
 - ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count. The
   jaws open little wider than the discs, the widest parts.
 
@@ -44,7 +46,13 @@ from drake_tracker.tasks.train.setup import resolve
 FIRST_SEED = 83000
 THRESHOLDS = {"from 0.80": 0.8, "from 0.90": 0.9, "from 0.95": 0.95, "from 0.99": 0.99}
 """{group: its `grasp.launch_probability`}."""
-RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300, **dict.fromkeys(THRESHOLDS, 300)}
+RENDERED = {
+    "guided with cameras": "train:guided",
+    "wrist with cameras": "train:wrist",
+    "hill with cameras": "train:hill_guided",
+}
+"""{group with cameras: its scenario}."""
+RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
 """{group: its runs}; a run of the conveyor has about twelve descents."""
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {
@@ -52,6 +60,7 @@ GROUPS = {
     "guided": "train:guided",
     "conveyor": "conveyor:measured",
     **dict.fromkeys(THRESHOLDS, "train:guided"),
+    **RENDERED,
 }
 """{group: its scenario}."""
 LAGS = (3, 6, 10, 15, 20, 25)
@@ -70,7 +79,8 @@ LONGEST = 60.0
 def draw(group, seed):
     """Returns the settings of a run, {key: value}."""
     rng = np.random.default_rng([seed, 83])
-    shape = str(rng.choice(CLOSED if group == "learned" else (*CLOSED, "random_walk")))
+    closed = group == "learned" or group in RENDERED
+    shape = "oval" if group == "hill with cameras" else str(rng.choice(CLOSED if closed else (*CLOSED, "random_walk")))
     speed = round(math.exp(rng.uniform(math.log(0.05), math.log(0.35))), 4)
     found = {
         "track.kind": shape,
@@ -87,7 +97,7 @@ def draw(group, seed):
     }
     if shape == "random_walk":
         found |= {"track.length": 2.0, "track.straight_range": [0.04, 0.20]}
-    if group != "learned" and rng.uniform() < 0.4:
+    if not closed and rng.uniform() < 0.4:
         found |= {"train.body": "cube", "track.turns": False}
     if group in THRESHOLDS:
         found["grasp.launch_probability"] = THRESHOLDS[group]
@@ -114,7 +124,8 @@ def scenario_of(group, seed):
     """Returns the scenario of a run, and its lag of vision [cycles]."""
     settings, lag = draw_belt(seed) if group == "conveyor" else draw(group, seed)
     method = "method: !SeveralObjects {}, outline: box, " if GROUPS[group] == "train:guided" else ""
-    overrides = [f"vision=!Measured {{{method}lag_cycles: {lag}}}"]
+    measured = f"vision=!Measured {{{method}lag_cycles: {lag}}}"
+    overrides = [f"vision.lag_cycles={lag}" if group in RENDERED else measured]
     overrides += [
         f"{key}={str(value).lower() if isinstance(value, bool) else value}" for key, value in settings.items()
     ]

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from shared.common import share
 
+from drake_tracker.campaign.rates import wilson
+
 TENTHS = 10
 """Number of groups of the launches."""
 TOLERANCE = 0.05
@@ -45,6 +47,22 @@ def calibration_table(rows):
         tenths = tenths_of(of_group)
         cells = [f"{100 * mean:.0f} / {100 * lifted / count:.0f}" for count, mean, lifted in tenths]
         found.append([name, sum(count for count, *_ in tenths), *cells, f"{right(tenths)} of {TENTHS}"])
+    return header, found
+
+
+def cameras_table(rows):
+    """Returns (header, rows): mean probability and share lifted of each half of the launches with cameras."""
+    header = ["scenario, half of the launches", "launches", "computed", "lifted", "Wilson 95 %", "computed within it"]
+    found = []
+    for group in dict.fromkeys(row["group"] for row in rows if row["group"].endswith("with cameras")):
+        of_group = [row for row in rows if row["group"] == group]
+        halves = np.array_split(pairs_of(of_group), 2)
+        for name, half in zip(("lower", "upper"), halves):
+            mean, lifted, count = float(half[:, 0].mean()), int(half[:, 1].sum()), len(half)
+            low, high = wilson(lifted, count)
+            text = f"`{of_group[0]['scenario']}`, {name}"
+            right = "yes" if low <= mean <= high else "no"
+            found.append([text, count, f"{100 * mean:.0f} %", *share(lifted, count), right])
     return header, found
 
 
