@@ -12,8 +12,8 @@ of vision, opening of the jaws and the time of the launch:
 - ``guided``: the guided descent of `train:guided`, on closed tracks and random walks, of a train or of a cube that does
   not turn;
 - ``from 0.80`` and others: the same runs as ``guided``, with the launch gate and this `grasp.launch_probability`;
-- ``guided with cameras``, ``wrist with cameras``, ``hill with cameras``: `train:guided`, `train:wrist` and `train:hill_guided` with
-  cameras, on closed tracks (on hills: ovals), of a train;
+- ``guided with cameras``, ``wrist with cameras``, ``hill with cameras``: `train:guided`, `train:wrist` and
+  `train:hill_guided` with cameras, on closed tracks (on hills: ovals), of a train;
 - ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count. The
   jaws open little wider than the discs, the widest parts.
 
