@@ -14,8 +14,9 @@ of vision, opening of the jaws and the time of the launch:
 - ``from 0.80`` and others: the same runs as ``guided``, with the launch gate and this `grasp.launch_probability`;
 - ``guided with cameras``, ``wrist with cameras``, ``hill with cameras``: `train:guided`, `train:wrist` and
   `train:hill_guided` with cameras, on closed tracks (on hills: ovals), of a train;
-- ``conveyor``: `conveyor:measured` for 40 s; the seed draws the belt's speed and motion, and all descents count. The
-  jaws open little wider than the discs, the widest parts.
+- ``conveyor``: `conveyor:measured` for 40 s; the seed draws speed and motion of the belt and a factor of vision's
+  errors, which the estimator's `systematic_std` knows, and all descents count. The jaws open little wider than the
+  discs, the widest parts.
 
 Seeds from 83000 on are for results, 82000 to 82999 for the choice of constants. Each run becomes a line of
 ``results/launches.jsonl`` as soon as it ends.
@@ -38,8 +39,10 @@ from drake_tracker import load_scenario, simulate
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
+from drake_tracker.estimation.config import Belt
 from drake_tracker.grasp.config import GraspConfig, PickConfig
 from drake_tracker.grasp.conveyor.pick_schema import PickPhase
+from drake_tracker.measured.config import MeasuredParts
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.train.setup import resolve
 
@@ -68,6 +71,12 @@ LAGS = (3, 6, 10, 15, 20, 25)
 CLOSED = ("oval", "stadium", "circle")
 LATEST = {False: 12.0, True: 3.0}
 """{whether the track ends: longest time above the object before the launch [s]}; closed paths are learned in a lap."""
+BELT_ERRORS = {
+    name: getattr(MeasuredParts, name) for name in ("noise_std", "bias_std", "turn_noise_std_deg", "turn_bias_std_deg")
+}
+"""{what errors the vision of parts has: its usual size}."""
+LARGEST_ERROR = 12.0
+"""Largest factor of these errors."""
 BELT_TIME = 40.0
 """Duration of a run of the conveyor [s]."""
 ABORT = {config: config.abort_probability for config in (GraspConfig, PickConfig)}
@@ -106,7 +115,7 @@ def draw(group, seed):
 
 
 def draw_belt(seed):
-    """Returns the settings of a run of the conveyor, and its lag of vision [cycles]."""
+    """Returns the settings of a run of the conveyor, its lag of vision [cycles], and the factor of vision's errors."""
     rng = np.random.default_rng([seed, 83])
     found = {
         "belt.speed": round(math.exp(rng.uniform(math.log(0.06), math.log(0.35))), 4),
@@ -117,12 +126,19 @@ def draw_belt(seed):
         "pick.jaw_opening": round(0.040 + math.exp(rng.uniform(math.log(0.0002), math.log(0.012))), 5),
         "duration": BELT_TIME,
     }
-    return found, int(rng.choice(LAGS))
+    lag, factor = int(rng.choice(LAGS)), math.exp(rng.uniform(0.0, math.log(LARGEST_ERROR)))
+    found["estimator.systematic_std"] = round(math.hypot(Belt.systematic_std, factor * BELT_ERRORS["bias_std"]), 6)
+    return found, lag, factor
 
 
 def scenario_of(group, seed):
     """Returns the scenario of a run, and its lag of vision [cycles]."""
-    settings, lag = draw_belt(seed) if group == "conveyor" else draw(group, seed)
+    if group == "conveyor":
+        settings, lag, factor = draw_belt(seed)
+        for name, usual in BELT_ERRORS.items():
+            setattr(MeasuredParts, name, factor * usual)
+    else:
+        settings, lag = draw(group, seed)
     method = "method: !SeveralObjects {}, outline: box, " if GROUPS[group] == "train:guided" else ""
     measured = f"vision=!Measured {{{method}lag_cycles: {lag}}}"
     overrides = [f"vision.lag_cycles={lag}" if group in RENDERED else measured]

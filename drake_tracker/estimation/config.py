@@ -106,7 +106,7 @@ class Belt:
     encoder_std: ClassVar[float] = 0.0005
     """Standard deviation of the speed that the encoder measures [m/s]; chosen."""
     systematic_std: float = setting(
-        0.002, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
+        0.0004, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
     )
     forget_after: ClassVar[float] = 0.6
     """Time after which a part that is not seen is forgotten [s]; chosen."""
