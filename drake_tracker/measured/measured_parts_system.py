@@ -39,7 +39,8 @@ class MeasuredPartsSystem(LeafSystem):
     without the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
 
     The error of each part is the sum of a constant, such as an error of its shape causes, and of noise that is drawn
-    anew in every cycle. A part keeps its number: measured vision never confuses two parts.
+    anew in every cycle. A part keeps its number: measured vision never confuses two parts. One that lies on a side has
+    another number, since cameras do not recognize it.
 
     Args:
         settings: standard deviations of the errors.
@@ -109,7 +110,7 @@ class MeasuredPartsSystem(LeafSystem):
         return np.flatnonzero(inside & (stands | lies)).tolist()
 
     def _row(self, k: int, state: np.ndarray, random: np.ndarray, stamp: float) -> list[float]:
-        """Returns the slot of part k: its number is k + 1."""
+        """Returns the slot of part k, whose number is k + 1; on a side, it is larger by the number of parts."""
         settings = self._settings
         qw, qx, qy, qz, x, y, z = state[:7]
         yaw = np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2)
@@ -117,10 +118,11 @@ class MeasuredPartsSystem(LeafSystem):
         turn_bias, turn_noise = np.deg2rad(settings.turn_bias_std_deg), np.deg2rad(settings.turn_noise_std_deg)
         dx, dy = bias * self._constant[k, :2] + noise * random[:2]
         turn = turn_bias * self._constant[k, 2] + turn_noise * random[2]
-        variance = noise**2 if _upright(state) >= _TIPPED else _UNCLEAR
-        return [
-            k + 1, self._kinds[k], x + dx, y + dy, z, yaw + turn, variance, variance, max(turn_noise, 1e-3) ** 2, stamp
-        ]  # fmt: skip
+        number, variance = k + 1, noise**2
+        if _upright(state) < _TIPPED:
+            number, variance = number + len(self._kinds), _UNCLEAR
+        kind = self._kinds[k]
+        return [number, kind, x + dx, y + dy, z, yaw + turn, variance, variance, max(turn_noise, 1e-3) ** 2, stamp]
 
 
 def _upright(states: np.ndarray) -> np.ndarray:

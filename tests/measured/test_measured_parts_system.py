@@ -103,9 +103,9 @@ def test_the_diagram_is_late_by_its_lag():
     assert PartTracks(diagram.GetOutputPort("parts").Eval(context)).stamp == pytest.approx(1.0 - 15 * VISION_PERIOD)
 
 
-def test_a_part_on_its_side_is_there_but_not_measured():
+def test_a_part_on_its_side_is_there_as_another_one_and_not_measured():
     lying = np.array(part_state(PartKind.BOX, 0.6, -0.1, 0.0, rise=0.0115))
     lying[:4] = [np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0]
     rows = seen([lying, part_state(PartKind.BOX, 0.6, -0.2, 0.0)])
-    assert rows[:, 0].tolist() == [1.0, 2.0]
+    assert rows[:, 0].tolist() == [3.0, 2.0], "a hand that knew the first part must not go where it was"
     assert rows[0, 6] == 1.0 and rows[1, 6] < 1e-4

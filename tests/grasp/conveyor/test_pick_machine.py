@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down, tool_yaw
 from drake_tracker.arm.description import PUMA560, UR5E
@@ -28,7 +29,7 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import PickConfig
-from drake_tracker.grasp.conveyor.pick_machine import LONGEST_WAIT, PickMachine
+from drake_tracker.grasp.conveyor.pick_machine import ALONG_JAWS, LONGEST_WAIT, ROUNDED, PickMachine
 from drake_tracker.grasp.conveyor.pick_motions import way_time
 from drake_tracker.grasp.conveyor.pick_schema import PICK_TRANSITIONS, PickObservation, PickPhase
 from drake_tracker.grasp.gate import Gate
@@ -216,6 +217,15 @@ def test_each_obstacle_keeps_the_hand_above_the_part(bench):
             assert bench.tick(**seen) == PickPhase.TRACK
         assert bench.state.gate == gate
     assert bench.tick() == PickPhase.INTERCEPT
+
+
+def test_rounded_pads_push_a_part_between_jaws_that_are_hardly_wider(arm_model):
+    bench = Bench(arm_model, replace(CONFIG, jaw_opening=WIDTH + 0.0004))
+    bench.until(PickPhase.TRACK, std=0.003)
+    bench.tick(std=0.003)
+    across, along = 2.0 * ndtr(np.array([0.0002 + ROUNDED, ALONG_JAWS]) / 0.003) - 1.0
+    assert bench.state.p_success == pytest.approx(across * along, abs=1e-3)
+    assert bench.state.p_success > 0.8, "seen in 98 % of such descents"
 
 
 def test_a_missed_part_makes_it_retreat_and_counts_as_failed(bench):
