@@ -221,6 +221,7 @@ def test_each_obstacle_keeps_the_hand_above_the_part(bench):
 
 def test_rounded_pads_push_a_part_between_jaws_that_are_hardly_wider(arm_model):
     bench = Bench(arm_model, replace(CONFIG, jaw_opening=WIDTH + 0.0004))
+    bench.say(job=1)
     bench.until(PickPhase.TRACK, std=0.003)
     bench.tick(std=0.003)
     across, along = 2.0 * ndtr(np.array([0.0002 + ROUNDED, ALONG_JAWS]) / 0.003) - 1.0
