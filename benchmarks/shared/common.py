@@ -18,6 +18,8 @@ from drake_tracker.campaign.rates import wilson
 from drake_tracker.core.progress import time_left
 from drake_tracker.tasks.results import git_commit, package_versions
 
+FEWEST = 20
+"""Number of runs from which on a count is published as a rate."""
 _STARTED = time.monotonic()
 
 
@@ -35,12 +37,17 @@ def print_table(header, rows):
 
 
 def share(count, total):
-    """Returns a count with its percentage, and its Wilson 95 % interval, as two texts."""
-    return (f"{count} ({100 * count / total:.0f} %)", interval(count, total)) if total else ("", "")
+    """Returns a count with its percentage, and its Wilson 95 % interval, as two texts; of fewer than `FEWEST` runs
+    without a percentage."""
+    if not total:
+        return "", ""
+    return (f"{count} ({100 * count / total:.0f} %)" if total >= FEWEST else str(count)), interval(count, total)
 
 
 def interval(count, total):
-    """Returns the Wilson 95 % interval of a rate as a text."""
+    """Returns the Wilson 95 % interval of a rate as a text; for fewer than `FEWEST` runs, that there is no rate."""
+    if total < FEWEST:
+        return f"under {FEWEST} runs"
     low, high = wilson(count, total)
     return f"{100 * low:.0f}-{100 * high:.0f} %"
 
