@@ -14,8 +14,6 @@ from train_grasp import (
     side_by_side_table,
 )
 
-from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.centroid.normal_flow_parameters import PRESETS
 from tables.headline import rung_rows
 from tables.results import Row, block, commit_of, data, lines, listed, of, origin, seeds_between, table, uses, where
 
@@ -137,13 +135,8 @@ def train_limits() -> str:
 def train_lag() -> str:
     rows = lines("train_grasp")
     values = sorted({1e3 * row["lag_s"][end] for row in rows for end in ("min", "max")})
-    younger = 1e3 * PRESETS["scaled"]["stride"] * VISION_PERIOD
-    shown, newest = (listed([f"{value - less:.2f}" for value in values]) for less in (0.0, younger))
-    return (
-        f"The time from the stamp of a point to the prediction built on it was {shown} ms in all {len(rows)} runs. The "
-        "stamp is the capture of the middle image of the three from which the motion is computed. The newest of them "
-        f"is {younger:.2f} ms younger: {newest} ms pass from its capture to the prediction."
-    )
+    shown = listed([f"{value:.2f}" for value in values])
+    return f"[The time from image to prediction](index.md#what-a-number-means) was {shown} ms in all {len(rows)} runs."
 
 
 def train_estimators() -> str:
