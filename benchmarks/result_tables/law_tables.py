@@ -90,5 +90,5 @@ def draw(rows, path):
         check.set(xlabel="predicted  [%]", ylabel="lifted  [%]", xlim=(0, 100), ylim=(0, 103))
         check.set_title("twelve cells, measured")
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=100)
+        figure.savefig(path, dpi=80, pil_kwargs={"optimize": True})
     print(f"wrote {path}")
