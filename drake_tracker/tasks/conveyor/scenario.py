@@ -76,43 +76,12 @@ class ConveyorScenario(BaseScenario):
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (
-        *(
-            "duration",
-            "seed",
-            "belt.speed",
-            "belt.motion",
-            "belt.encoder",
-            "arrivals.rate",
-            "arrivals.pattern",
-            "arrivals.gap",
-        ),
-        *(
-            "arrivals.touching",
-            "tray.columns",
-            "tray.rows",
-            "lighting.shadows",
-            "cameras.noise",
-            "cameras.calibration",
-        ),
-        *(
-            "cameras.render_processes",
-            "vision",
-            "vision.lag_cycles",
-            "dispatch",
-            "dispatch.horizon",
-            "window.y_first",
-            "window.y_last",
-        ),
-        *(
-            "window.y_wait",
-            "link",
-            "link.drop",
-            "link.delay",
-            "pick.hover_height",
-            "pick.lift_height",
-            "arm",
-            "faults",
-        ),
+        *("duration", "seed", "belt.speed", "belt.motion", "belt.encoder"),
+        *("arrivals.rate", "arrivals.pattern", "arrivals.gap", "arrivals.touching", "tray.columns", "tray.rows"),
+        *("lighting.shadows", "cameras.noise", "cameras.calibration", "cameras.render_processes"),
+        *("vision", "vision.lag_cycles", "dispatch", "dispatch.horizon"),
+        *("window.y_first", "window.y_last", "window.y_wait", "link", "link.drop", "link.delay"),
+        *("pick.hover_height", "pick.lift_height", "arm", "faults"),
     )
     hand: ClassVar[HandKind] = HandKind.GRIPPER
     task: str = setting("conveyor", "name of the task")

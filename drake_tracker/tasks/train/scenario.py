@@ -119,58 +119,15 @@ class TrainScenario(BaseScenario):
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (
-        *(
-            "duration",
-            "seed",
-            "track.kind",
-            "track.semi_axes",
-            "track.radius",
-            "track.csv",
-            "track.rotation_deg",
-            "track.speed",
-        ),
-        *(
-            "track.direction",
-            "train.body",
-            "train.scale",
-            "objects",
-            "lighting.shadows",
-            "cameras.noise",
-            "cameras.calibration",
-        ),
-        *(
-            "cameras.render_processes",
-            "cameras.wrist",
-            "vision",
-            "vision.method",
-            "vision.method.detector.preset",
-        ),
-        *(
-            "vision.method.detector.centroid",
-            "vision.method.target",
-            "vision.lag_cycles",
-            "vision.work_volume",
-            "vision.outline",
-        ),
-        *(
-            "estimator",
-            "estimator.systematic_std",
-            "link",
-            "link.drop",
-            "link.delay",
-            "servo.tracking_index",
-            "grasp.object_width",
-        ),
-        *(
-            "grasp.hover_height",
-            "grasp.lift_height",
-            "grasp.settle_time",
-            "grasp.descent",
-            "grasp.gate",
-            "arm",
-            "arm.markers",
-            "faults",
-        ),
+        *("duration", "seed", "track.kind", "track.semi_axes", "track.radius", "track.csv"),
+        *("track.rotation_deg", "track.speed", "track.direction"),
+        *("train.body", "train.scale", "objects", "lighting.shadows"),
+        *("cameras.noise", "cameras.calibration", "cameras.render_processes", "cameras.wrist"),
+        *("vision", "vision.method", "vision.method.detector.preset", "vision.method.detector.centroid"),
+        *("vision.method.target", "vision.lag_cycles", "vision.work_volume", "vision.outline"),
+        *("estimator", "estimator.systematic_std", "link", "link.drop", "link.delay", "servo.tracking_index"),
+        *("grasp.object_width", "grasp.hover_height", "grasp.lift_height", "grasp.settle_time"),
+        *("grasp.descent", "grasp.gate", "arm", "arm.markers", "faults"),
     )
     hand: ClassVar[HandKind] = HandKind.GRIPPER
     task: str = setting("train", "name of the task")
