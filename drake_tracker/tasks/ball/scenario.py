@@ -62,41 +62,12 @@ class BallScenario(BaseScenario):
     """
 
     COMMON: ClassVar[tuple[str, ...]] = (
-        *(
-            "duration",
-            "seed",
-            "board.incline_deg",
-            "board.length",
-            "board.width",
-            "board.walls",
-            "board.peg_count",
-            "ball.start_x",
-        ),
-        *(
-            "ball.release",
-            "camera.noise",
-            "camera.render_processes",
-            "lighting.shadows",
-            "operator.windows",
-            "vision.detector",
-        ),
-        *(
-            "vision.detector.threshold",
-            "vision.follow",
-            "vision.update_cycles",
-            "vision.throughput_cycles",
-            "estimator.gate",
-        ),
-        *(
-            "estimator.restitution",
-            "link",
-            "link.drop",
-            "link.delay",
-            "catch.follow",
-            "catch.ready_after",
-            "arm",
-            "faults",
-        ),
+        *("duration", "seed", "board.incline_deg", "board.length", "board.width", "board.walls", "board.peg_count"),
+        *("ball.start_x", "ball.release", "camera.noise", "camera.render_processes", "lighting.shadows"),
+        *("operator.windows", "vision.detector", "vision.detector.threshold", "vision.follow"),
+        *("vision.update_cycles", "vision.throughput_cycles"),
+        *("estimator.gate", "estimator.restitution", "link", "link.drop", "link.delay"),
+        *("catch.follow", "catch.ready_after", "arm", "faults"),
     )
     LAG_KEY: ClassVar[str] = "vision.throughput_cycles"
     hand: ClassVar[HandKind] = HandKind.CUP
@@ -151,11 +122,9 @@ def catch_problems(scenario: BallScenario) -> Problems:
     catch, lag = scenario.catch, scenario.lag
     found = link_problems(scenario, scenario.link)
     if not found and lag >= catch.trust_time:
-        found.append(
-            (
-                scenario.LAG_KEY,
-                f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and the longest age is "
-                f"{catch.trust_time:g} s",
-            )
+        words = (
+            f"leaves no prediction to trust: each is {lag:.3g} s old when it arrives, and the longest age is "
+            f"{catch.trust_time:g} s"
         )
+        found.append((scenario.LAG_KEY, words))
     return found

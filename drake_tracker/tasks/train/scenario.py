@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from drake_tracker.arm.config import HandEyeConfig, HandKind, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.description import ARMS, arms_without
@@ -47,6 +47,15 @@ LIFT_MARGIN = 0.005
 """Height that the lift must exceed `LIFTED` by, because an arm with a load sags [m]."""
 
 
+def _work_volume(words: str) -> Any:
+    return setting(WORK_VOLUME, words, "m", (-5.0, 5.0), shape=(2, 3), shared=True)
+
+
+def _outline() -> Any:
+    words = "outline of the work volume seen from above: the box, or the ellipse in it"
+    return setting("ellipse", words, choices=("box", "ellipse"), shared=True)
+
+
 @dataclass(frozen=True)
 class Rendered:
     """Vision on rendered images of both cameras."""
@@ -60,20 +69,10 @@ class Rendered:
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )
-    work_volume: tuple[tuple[float, ...], ...] = setting(
-        WORK_VOLUME,
-        "lowest and highest corner of the box in which motion is searched for",
-        "m",
-        (-5.0, 5.0),
-        shape=(2, 3),
-        shared=True,
+    work_volume: tuple[tuple[float, ...], ...] = _work_volume(
+        "lowest and highest corner of the box in which motion is searched for"
     )
-    outline: str = setting(
-        "ellipse",
-        "outline of the work volume seen from above: the box, or the ellipse in it",
-        choices=("box", "ellipse"),
-        shared=True,
-    )
+    outline: str = _outline()
 
 
 @dataclass(frozen=True)
@@ -94,20 +93,10 @@ class Measured:
         (0, 120),
         shared=True,
     )
-    work_volume: tuple[tuple[float, ...], ...] = setting(
-        WORK_VOLUME,
-        "lowest and highest corner of the box in which the train is seen",
-        "m",
-        (-5.0, 5.0),
-        shape=(2, 3),
-        shared=True,
+    work_volume: tuple[tuple[float, ...], ...] = _work_volume(
+        "lowest and highest corner of the box in which the train is seen"
     )
-    outline: str = setting(
-        "ellipse",
-        "outline of the work volume seen from above: the box, or the ellipse in it",
-        choices=("box", "ellipse"),
-        shared=True,
-    )
+    outline: str = _outline()
 
 
 @dataclass(frozen=True)
@@ -253,39 +242,25 @@ def grasp_problems(scenario: TrainScenario) -> Problems:
     grasp = grasp_of(scenario)
     found: Problems = []
     if grasp.object_width <= WIDTH_TOLERANCE:
-        found.append(
-            (
-                "grasp.object_width",
-                f"must be above {WIDTH_TOLERANCE:g} m, or jaws that closed on nothing would count as a grip",
-            )
-        )
+        words = f"must be above {WIDTH_TOLERANCE:g} m, or jaws that closed on nothing would count as a grip"
+        found.append(("grasp.object_width", words))
     width = max(grasp.object_width, body_size(scenario.train.body, scenario.train.scale)[1])
     if grasp.jaw_opening < width + JAW_MARGIN:
-        key = set_by_user(scenario, ["grasp.jaw_opening", "grasp.object_width"])
-        found.append(
-            (
-                key,
-                f"leaves the jaws too narrow: they open to {grasp.jaw_opening:g} m, and an object of {width:g} m needs "
-                f"{width + JAW_MARGIN:g} m",
-            )
+        words = (
+            f"leaves the jaws too narrow: they open to {grasp.jaw_opening:g} m, and an object of {width:g} m needs "
+            f"{width + JAW_MARGIN:g} m"
         )
+        found.append((set_by_user(scenario, ["grasp.jaw_opening", "grasp.object_width"]), words))
     if grasp.closing_lead > grasp.descent_duration:
-        key = set_by_user(scenario, ["grasp.closing_lead", "grasp.descent_duration"])
-        found.append(
-            (
-                key,
-                f"lets the jaws close before the descent begins: grasp.closing_lead is {grasp.closing_lead:g} s, "
-                f"grasp.descent_duration {grasp.descent_duration:g} s",
-            )
+        words = (
+            f"lets the jaws close before the descent begins: grasp.closing_lead is {grasp.closing_lead:g} s, "
+            f"grasp.descent_duration {grasp.descent_duration:g} s"
         )
+        found.append((set_by_user(scenario, ["grasp.closing_lead", "grasp.descent_duration"]), words))
     needed = LIFTED + LIFT_MARGIN + grasp.grasp_height
     if grasp.lift_height < needed:
-        found.append(
-            (
-                "grasp.lift_height",
-                f"must be at least {needed:g} m: the object counts as lifted from {LIFTED:g} m above its track",
-            )
-        )
+        words = f"must be at least {needed:g} m: the object counts as lifted from {LIFTED:g} m above its track"
+        found.append(("grasp.lift_height", words))
     return found + _blind_time_problems(scenario)
 
 
@@ -295,14 +270,11 @@ def _blind_time_problems(scenario: TrainScenario) -> Problems:
     descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
     if lag + descent <= PATH_DURATION:
         return []
-    keys = ["vision.lag_cycles", "grasp.descent_duration"]
-    return [
-        (
-            set_by_user(scenario, keys),
-            f"leaves no time for a grasp: a packet predicts {PATH_DURATION:g} s from its image on, of which vision "
-            f"takes {lag:.3g} s, descent and closing {descent:.3g} s",
-        )
-    ]
+    words = (
+        f"leaves no time for a grasp: a packet predicts {PATH_DURATION:g} s from its image on, of which vision "
+        f"takes {lag:.3g} s, descent and closing {descent:.3g} s"
+    )
+    return [(set_by_user(scenario, ["vision.lag_cycles", "grasp.descent_duration"]), words)]
 
 
 def _present_vision(vision: Value, notes: list[str]) -> Value:
