@@ -7,6 +7,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.hand_eye_correction import HandEyeCorrection, HandEyeCorrectionState
+from drake_tracker.core.frozen_state import declare_outputs
 from drake_tracker.core.messages import HandCorrection, HandPoint, ServoTarget, message_size
 from drake_tracker.core.timing import GUARD_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
 
@@ -49,11 +50,9 @@ class HandEyeCorrectionSystem(LeafSystem):
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * model.num_joints)
         self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
         self._state = self.DeclareAbstractState(AbstractValue.Make(edge.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        self.DeclareVectorOutputPort(
-            "corrected", message_size(ServoTarget), self._calc_corrected, from_state | {self._target.ticket()}
-        )
-        self.DeclareVectorOutputPort("hand_correction", message_size(HandCorrection), self._calc_report, from_state)
+        tickets = {self.abstract_state_ticket(self._state), self._target.ticket()}
+        self.DeclareVectorOutputPort("corrected", message_size(ServoTarget), self._calc_corrected, tickets)
+        declare_outputs(self, self._state, {"hand_correction": (HandCorrection, edge.report)})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._remember)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, vision_slot(GUARD_SLOT, time_step), self._update)
 
@@ -66,9 +65,6 @@ class HandEyeCorrectionSystem(LeafSystem):
 
     def _calc_corrected(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._edge.shifted(self._value(context), self._target.Eval(context)))
-
-    def _calc_report(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._edge.report(self._value(context)))
 
     def _value(self, context: Context) -> HandEyeCorrectionState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.core.belt_frame import BeltFrame
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     BELT_FIELDS,
     KNOT_COUNT,
@@ -143,20 +144,14 @@ class PickHostSystem(LeafSystem):
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(PickDiagnosis))
         self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
         state = self.DeclareAbstractState(AbstractValue.Make(HostMemory()))
-        ticket = {self.abstract_state_ticket(state)}
-        ports = [
-            ("prediction", "packet", Prediction),
-            ("order", "order", PickOrder),
-            ("belt", "estimate", BeltEstimate),
-        ]
+        outputs = {
+            "prediction": (Prediction, attrgetter("packet")),
+            "order": (PickOrder, attrgetter("order")),
+            "belt": (BeltEstimate, attrgetter("estimate")),
+        }
         if has_encoder:
-            ports.append(("encoder_report", "encoder_report", EncoderReport))
-        for name, attribute, view in ports:
-
-            def calc(context: Context, output: BasicVector, attribute: str = attribute) -> None:
-                output.SetFromVector(getattr(context.get_abstract_state(0).get_value(), attribute))
-
-            self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
+            outputs["encoder_report"] = (EncoderReport, attrgetter("encoder_report"))
+        declare_outputs(self, state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> None:

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
     KNOT_FIELDS,
@@ -118,14 +119,12 @@ class EstimatorBankSystem(LeafSystem):
         )
         state = self.DeclareAbstractState(AbstractValue.Make(BankMemory({}, 0, 0, packet, filtered, expected)))
         self._tracks = self.DeclareVectorInputPort("tracks", message_size(TrackPoints))
-        ticket = {self.abstract_state_ticket(state)}
-        for name, view in (("prediction", Prediction), ("filtered", Filtered), ("expected", TrackPredictions)):
-            attribute = "packet" if name == "prediction" else name
-
-            def calc(context: Context, output: BasicVector, attribute: str = attribute) -> None:
-                output.SetFromVector(getattr(context.get_abstract_state(0).get_value(), attribute))
-
-            self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
+        outputs = {
+            "prediction": (Prediction, attrgetter("packet")),
+            "filtered": (Filtered, attrgetter("filtered")),
+            "expected": (TrackPredictions, attrgetter("expected")),
+        }
+        declare_outputs(self, state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> None:

@@ -2,14 +2,15 @@
 
 import math
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort, State
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort, State
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -104,9 +105,8 @@ class EstimatorSystem(LeafSystem):
         state = self.DeclareAbstractState(AbstractValue.Make(self._blank))
         self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
         self._number = self.DeclareVectorInputPort("number", 1) if numbered else None
-        ticket = {self.abstract_state_ticket(state)}
-        self.DeclareVectorOutputPort("prediction", message_size(Prediction), self._calc_prediction, ticket)
-        self.DeclareVectorOutputPort("filtered", message_size(Filtered), self._calc_filtered, ticket)
+        outputs = {"prediction": (Prediction, attrgetter("packet")), "filtered": (Filtered, attrgetter("filtered"))}
+        declare_outputs(self, state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> None:
@@ -137,12 +137,6 @@ class EstimatorSystem(LeafSystem):
         seq = before.seq + 1
         packet, filtered = make_packet(self._estimator, estimate, seq)
         return EstimatorMemory(estimate, stamp, seq, packet, filtered, before.number)
-
-    def _calc_prediction(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_abstract_state(0).get_value().packet)
-
-    def _calc_filtered(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_abstract_state(0).get_value().filtered)
 
 
 def make_packet(estimator: Estimator[Any], estimate: EstimatorState, seq: int) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_tracker.core.frozen_state import declare_outputs
 from drake_tracker.core.messages import OperatorCommand, message_size
 from drake_tracker.core.timing import GRASP_SLOT, servo_slot
 
@@ -42,7 +43,7 @@ class MachineSystem(LeafSystem):
         machine: the arithmetic.
         observation: class of what the machine sees at a tick: its fields are ``time`` and the names of the inputs.
         inputs: {name: named view of the message, or the number of elements of a vector}.
-        outputs: {name: (number of elements, function of the state that returns them)}.
+        outputs: as for `declare_outputs`.
         time_step: the plant's step [s], of which the slot is a fraction.
         period: period of the set-points [s].
     """
@@ -52,7 +53,7 @@ class MachineSystem(LeafSystem):
         machine: Machine,
         observation: Callable[..., Any],
         inputs: Mapping[str, Any],
-        outputs: Mapping[str, tuple[int, Callable[[Any], Any]]],
+        outputs: Mapping[str, tuple[Any, Callable[[Any], Any]]],
         time_step: float,
         period: float,
     ) -> None:
@@ -61,13 +62,7 @@ class MachineSystem(LeafSystem):
         self._inputs = {**inputs, "operator": OperatorCommand}
         self._ports = {name: self.DeclareVectorInputPort(name, _size(view)) for name, view in self._inputs.items()}
         self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        for name, (size, values) in outputs.items():
-
-            def calc(context: Context, output: Any, values: Callable[[Any], Any] = values) -> None:
-                output.SetFromVector(values(context.get_abstract_state(int(self._state)).get_value()))
-
-            self.DeclareVectorOutputPort(name, size, calc, from_state)
+        declare_outputs(self, self._state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs
 from drake_tracker.core.messages import TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.measured.measured_tracks import MeasuredTracker, MeasuredTracks
@@ -58,17 +59,12 @@ class MeasuredTracksSystem(LeafSystem):
         self._tracker, self._rule = tracker, make_target_rule(target)
         self._points = [self.DeclareVectorInputPort(f"point_{k}", message_size(TrackPoint)) for k in range(count)]
         state = self.DeclareAbstractState(AbstractValue.Make(_Memory(MeasuredTracks(), 0)))
-        ticket = {self.abstract_state_ticket(state)}
-        self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point, ticket)
-        self.DeclareVectorOutputPort("tracks", message_size(TrackPoints), self._calc_tracks, ticket)
+        outputs = {"point": (TrackPoint, self._point), "tracks": (TrackPoints, self._tracks)}
+        declare_outputs(self, state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def _memory(self, context: Context) -> _Memory:
-        memory: _Memory = context.get_abstract_state(0).get_value()
-        return memory
-
     def _update(self, context: Context, state: State) -> None:
-        memory = self._memory(context)
+        memory: _Memory = context.get_abstract_state(0).get_value()
         points = [port.Eval(context) for port in self._points]
         if not TrackPoint(points[0]).stamp > max(memory.tracks.stamp, 0.0):
             return
@@ -76,10 +72,8 @@ class MeasuredTracksSystem(LeafSystem):
         target = choose_target(self._rule, tracks.as_state().confirmed(), memory.target)
         state.get_mutable_abstract_state(0).set_value(_Memory(tracks, target))
 
-    def _calc_point(self, context: Context, output: BasicVector) -> None:
-        memory = self._memory(context)
-        output.SetFromVector(pack_point(memory.tracks.as_state(), memory.target))
+    def _point(self, memory: _Memory) -> np.ndarray:
+        return pack_point(memory.tracks.as_state(), memory.target)
 
-    def _calc_tracks(self, context: Context, output: BasicVector) -> None:
-        memory = self._memory(context)
-        output.SetFromVector(pack_tracks(memory.tracks.as_state(), memory.target, self._rule.reason))
+    def _tracks(self, memory: _Memory) -> np.ndarray:
+        return pack_tracks(memory.tracks.as_state(), memory.target, self._rule.reason)

@@ -1,6 +1,6 @@
 """The trajectory generator's high-priority task as a System."""
 
-from typing import Any
+from operator import attrgetter
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort, State
@@ -8,6 +8,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, Outpu
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.arm.motion.set_point_spline_system import SPLINE_DELAY
+from drake_tracker.core.frozen_state import declare_outputs
 from drake_tracker.core.messages import ArmCommand, Frozen, Prediction, ServoTarget, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
 
@@ -45,9 +46,8 @@ class ServoSystem(LeafSystem):
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._state = self.DeclareAbstractState(AbstractValue.Make(servo.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        self.DeclareVectorOutputPort("target", message_size(ServoTarget), self._calc_target, from_state)
-        self.DeclareVectorOutputPort("held_packet", message_size(Prediction), self._calc_held_packet, from_state)
+        outputs = {"target": (ServoTarget, servo.target), "held_packet": (Prediction, attrgetter("packet"))}
+        declare_outputs(self, self._state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(SERVO_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:
@@ -55,12 +55,6 @@ class ServoSystem(LeafSystem):
         old = context.get_abstract_state(int(self._state)).get_value()
         new = self._servo.update(old, context.get_time(), self._packet.Eval(context), frozen)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)
-
-    def _calc_target(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._servo.target(context.get_abstract_state(int(self._state)).get_value()))
-
-    def _calc_held_packet(self, context: Context, output: Any) -> None:
-        output.SetFromVector(context.get_abstract_state(int(self._state)).get_value().packet)
 
 
 def make_servo_system(

@@ -6,6 +6,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.arm.safety.packet_guard import GuardState, PacketGuard
+from drake_tracker.core.frozen_state import declare_outputs
 from drake_tracker.core.messages import PacketReport, Prediction, message_size
 from drake_tracker.core.timing import GUARD_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
 
@@ -41,14 +42,9 @@ class PacketGuardSystem(LeafSystem):
         self._guard = guard
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._state = self.DeclareAbstractState(AbstractValue.Make(guard.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        self.DeclareVectorOutputPort(
-            "accepted",
-            message_size(Prediction),
-            self._calc_accepted,
-            from_state | {self._packet.ticket(), self.time_ticket()},
-        )
-        self.DeclareVectorOutputPort("packet_report", message_size(PacketReport), self._calc_report, from_state)
+        tickets = {self.abstract_state_ticket(self._state), self._packet.ticket(), self.time_ticket()}
+        self.DeclareVectorOutputPort("accepted", message_size(Prediction), self._calc_accepted, tickets)
+        declare_outputs(self, self._state, {"packet_report": (PacketReport, guard.report)})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, vision_slot(GUARD_SLOT, time_step), self._update)
 
     def _update(self, context: Context, state: State) -> None:
@@ -58,9 +54,6 @@ class PacketGuardSystem(LeafSystem):
     def _calc_accepted(self, context: Context, output: Any) -> None:
         packet = self._packet.Eval(context)
         output.SetFromVector(self._guard.accepted(self._value(context), context.get_time(), packet))
-
-    def _calc_report(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._guard.report(self._value(context)))
 
     def _value(self, context: Context) -> GuardState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_tracker.core.frozen_state import declare_outputs
 from drake_tracker.core.messages import (
     ArmCommand,
     CatchDiagnosis,
@@ -65,9 +66,9 @@ class CatchSystem(MachineSystem):
 
         inputs = {"target": ServoTarget, "packet": message_size(Prediction), "status": ToolStatus}
         outputs = {
-            "command": (message_size(ArmCommand), machine.command),
-            "object": (message_size(ServoTarget), machine.goal_target),
-            "diagnosis": (message_size(CatchDiagnosis), diagnosis),
+            "command": (ArmCommand, machine.command),
+            "object": (ServoTarget, machine.goal_target),
+            "diagnosis": (CatchDiagnosis, diagnosis),
             "ready": (1, lambda state: [float(machine.is_ready(state))]),
         }
         super().__init__(machine, CatchObservation, inputs, outputs, time_step, period)
@@ -115,12 +116,10 @@ class TouchSystem(LeafSystem):
         self._effort = self.DeclareVectorInputPort("arm_effort", n)
         self._acceleration = self.DeclareVectorInputPort("desired_acceleration", n)
         self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        self.DeclareVectorOutputPort(
-            "target", message_size(ServoTarget), self._calc_target, from_state | {self.time_ticket()}
-        )
-        self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc_command, from_state)
-        self.DeclareVectorOutputPort("report", message_size(TouchReport), self._calc_report, from_state)
+        tickets = {self.abstract_state_ticket(self._state), self.time_ticket()}
+        self.DeclareVectorOutputPort("target", message_size(ServoTarget), self._calc_target, tickets)
+        outputs = {"command": (ArmCommand, machine.command), "report": (TouchReport, machine.report)}
+        declare_outputs(self, self._state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:
@@ -138,12 +137,6 @@ class TouchSystem(LeafSystem):
 
     def _calc_target(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._machine.target(self._value(context), context.get_time()))
-
-    def _calc_command(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._machine.command(self._value(context)))
-
-    def _calc_report(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._machine.report(self._value(context)))
 
     def _value(self, context: Context) -> TouchState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -64,9 +64,9 @@ class PickSystem(MachineSystem):
             "arm_state": 2 * machine.motions.model.num_joints,
         }
         outputs = {
-            "command": (message_size(ArmCommand), machine.command),
-            "diagnosis": (message_size(PickDiagnosis), diagnosis_of),
-            "goal": (message_size(ServoTarget), machine.goal_target),
+            "command": (ArmCommand, machine.command),
+            "diagnosis": (PickDiagnosis, diagnosis_of),
+            "goal": (ServoTarget, machine.goal_target),
         }
         super().__init__(machine, PickObservation, inputs, outputs, time_step, period)
 

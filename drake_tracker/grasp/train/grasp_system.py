@@ -59,9 +59,9 @@ class GraspSystem(MachineSystem):
             "q_commanded": machine.model.num_joints,
         }
         outputs = {
-            "command": (message_size(ArmCommand), machine.command),
-            "diagnosis": (message_size(GraspDiagnosis), diagnosis_of),
-            "goal": (message_size(ServoTarget), machine.goal_target),
+            "command": (ArmCommand, machine.command),
+            "diagnosis": (GraspDiagnosis, diagnosis_of),
+            "goal": (ServoTarget, machine.goal_target),
         }
         super().__init__(machine, GraspObservation, inputs, outputs, time_step, period)
 

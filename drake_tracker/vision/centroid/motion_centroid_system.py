@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort, State
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, LeafSystem, OutputPort, State
 from pydrake.systems.sensors import ImageGrey8U, ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
 from drake_tracker.vision.centroid.config import NormalFlow
@@ -129,7 +130,7 @@ class MotionCentroidSystem(LeafSystem):
         blank = _Memory((), (), read_only(np.zeros(message_size(Centroid))), nothing, found=found)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
-        self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
+        declare_outputs(self, self._memory, {"centroid": (Centroid, attrgetter("centroid"))})
         self.DeclareAbstractOutputPort(
             "motion_energy", lambda: AbstractValue.Make(nothing), self._calc_motion_energy, from_memory
         )
@@ -200,9 +201,6 @@ class MotionCentroidSystem(LeafSystem):
         used = stamps[:: self._detector.stride]
         position = (len(stamps) - 1 - self._detector.stamp_age_cycles) / self._detector.stride
         return float(np.interp(position, np.arange(len(used)), used))
-
-    def _calc_centroid(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._get_memory(context).centroid)
 
     def _calc_motion_energy(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._get_memory(context).energy)

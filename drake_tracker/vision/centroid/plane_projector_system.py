@@ -1,6 +1,7 @@
 """The plane projector as a Drake System: one centroid in, one 3-D point out."""
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort, State
 
 from drake_tracker.cameras.camera_model import CameraModel
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.centroid.plane_projection import EveryPoint, LastPoint, PointFilter, project_to_plane
@@ -24,7 +25,25 @@ class _Memory(FrozenState):
     point: np.ndarray
 
 
-class PlaneProjectorSystem(LeafSystem):
+class _SingleCameraLocaliser(LeafSystem):
+    """Base of the Systems that turn the ``centroid`` of one camera into a ``point``, a `Localiser`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._centroid = self.DeclareVectorInputPort("centroid", message_size(Centroid))
+
+    @property
+    def centroid_ports(self) -> tuple[InputPort, ...]:
+        """The input ``centroid``."""
+        return (self._centroid,)
+
+    @property
+    def point_port(self) -> OutputPort:
+        """The output ``point``."""
+        return self.GetOutputPort("point")
+
+
+class PlaneProjectorSystem(_SingleCameraLocaliser):
     """Intersects the ray of a centroid with the plane of the ball's centre (Nashman and Chaconas 1990, section 5).
 
     .. pydrake_system::
@@ -65,23 +84,10 @@ class PlaneProjectorSystem(LeafSystem):
         self._camera, self._plausible = camera, plausible
         self._X_WB = np.array(X_WB, dtype=float)
         self._z = float(height)
-        self._centroid = self.DeclareVectorInputPort("centroid", message_size(Centroid))
         blank = _Memory(LastPoint(), read_only(np.zeros(message_size(TrackPoint))))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
-        self._point = self.DeclareVectorOutputPort(
-            "point", message_size(TrackPoint), self._calc_point, {self.abstract_state_ticket(self._memory)}
-        )
+        declare_outputs(self, self._memory, {"point": (TrackPoint, attrgetter("point"))})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
-
-    @property
-    def centroid_ports(self) -> tuple[InputPort, ...]:
-        """The input ``centroid``."""
-        return (self._centroid,)
-
-    @property
-    def point_port(self) -> OutputPort:
-        """The output ``point``."""
-        return self._point
 
     def _update(self, context: Context, state: State) -> None:
         memory = context.get_abstract_state(self._memory).get_value()
@@ -99,9 +105,6 @@ class PlaneProjectorSystem(LeafSystem):
                     point.x, point.y, point.z = self._X_WB[:3, :3] @ p_BQ + self._X_WB[:3, 3]
                     point.valid = 1.0
         state.get_mutable_abstract_state(self._memory).set_value(_Memory(last, read_only(point[:])))
-
-    def _calc_point(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_abstract_state(self._memory).get_value().point)
 
 
 def add_plane_projector(
@@ -138,7 +141,7 @@ def add_plane_projector(
     return system
 
 
-class PixelPointSystem(LeafSystem):
+class PixelPointSystem(_SingleCameraLocaliser):
     """Outputs a centroid as a point whose unit of length is the pixel, so that it can be filtered like any other.
 
     .. pydrake_system::
@@ -156,18 +159,7 @@ class PixelPointSystem(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._centroid = self.DeclareVectorInputPort("centroid", message_size(Centroid))
-        self._point = self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point)
-
-    @property
-    def centroid_ports(self) -> tuple[InputPort, ...]:
-        """The input ``centroid``."""
-        return (self._centroid,)
-
-    @property
-    def point_port(self) -> OutputPort:
-        """The output ``point``."""
-        return self._point
+        self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point)
 
     def _calc_point(self, context: Context, output: BasicVector) -> None:
         centroid = Centroid(self._centroid.Eval(context))

@@ -2,18 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.arm.marker_kinematics import MarkerKinematics
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import HandPoint, JawState, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.vision.hand.hand_markers import (
@@ -104,14 +103,11 @@ class HandMarkersSystem(LeafSystem):
         self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
         self._nothing = read_only(np.zeros(message_size(HandPoint)))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(0, (), (HandDisplacement(),) * 2)))
-        ticket = {self.abstract_state_ticket(self._memory)}
-        self.DeclareVectorOutputPort("hand_point", message_size(HandPoint), self._calc_hand_point, ticket)
-        for k, side in enumerate(SIDES):
-
-            def calc(context: Context, output: BasicVector, k: int = k) -> None:
-                output.SetFromVector(context.get_abstract_state(self._memory).get_value().displacements[k].median)
-
-            self.DeclareVectorOutputPort(f"displacement_{side}", 2, calc, ticket)
+        displacements = {
+            f"displacement_{side}": (2, lambda memory, k=k: memory.displacements[k].median)
+            for k, side in enumerate(SIDES)
+        }
+        declare_outputs(self, self._memory, {"hand_point": (HandPoint, self._delayed), **displacements})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: State) -> None:
@@ -152,6 +148,5 @@ class HandMarkersSystem(LeafSystem):
             return self._nothing
         return read_only(np.array([stamp, seq, *hand.p_WT, hand.gap, hand.markers, 1.0]))
 
-    def _calc_hand_point(self, context: Context, output: Any) -> None:
-        line = context.get_abstract_state(self._memory).get_value().line
-        output.SetFromVector(line[0] if len(line) == self._length else self._nothing)
+    def _delayed(self, memory: _Memory) -> np.ndarray:
+        return memory.line[0] if len(memory.line) == self._length else self._nothing

@@ -2,15 +2,16 @@
 cameras."""
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     JawState,
     Prediction,
@@ -141,13 +142,7 @@ class WristViewSystem(LeafSystem):
         views = {"point": TrackPoint, "tracks": TrackPoints, "wrist": WristPoint}
         empty = {name: read_only(np.zeros(message_size(view))) for name, view in views.items()}
         self._memory = self.DeclareAbstractState(AbstractValue.Make(WristMemory(0, None, **empty)))
-        ticket = {self.abstract_state_ticket(self._memory)}
-        for name, message in views.items():
-
-            def calc(context: Context, output: BasicVector, name: str = name) -> None:
-                output.SetFromVector(getattr(context.get_abstract_state(self._memory).get_value(), name))
-
-            self.DeclareVectorOutputPort(name, message_size(message), calc, ticket)
+        declare_outputs(self, self._memory, {name: (view, attrgetter(name)) for name, view in views.items()})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._take_in)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 

@@ -1,12 +1,14 @@
 """The tracks of one camera as Drake Systems: the tracker, and the numbers and centroids of its targets."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_tracker.core.messages import Centroid, message_size
+from drake_tracker.core.frozen_state import declare_outputs
+from drake_tracker.core.messages import Centroid
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.centroid.motion_centroid_system import MotionCentroidSystem
 from drake_tracker.vision.centroid.motion_detector import MotionDetector
@@ -92,15 +94,10 @@ class ImageTargetsSystem(LeafSystem):
         super().__init__()
         self._tracks = self.DeclareAbstractInputPort("tracks", AbstractValue.Make(object()))
         state = self.DeclareAbstractState(AbstractValue.Make(ImageTracks(0.0)))
-        ticket = {self.abstract_state_ticket(state)}
         for place in range(objects):
-            outputs = [("number", 1, _pack_number), ("centroid", message_size(Centroid), _pack_centroid)]
-            for name, size, pack in outputs if place else outputs[:1]:
-
-                def calc(context: Context, output: BasicVector, pack: Any = pack, place: int = place) -> None:
-                    output.SetFromVector(pack(context.get_abstract_state(0).get_value(), place))
-
-                self.DeclareVectorOutputPort(f"{name}_{place + 1}", size, calc, ticket)
+            outputs = [("number", 1, _pack_number), ("centroid", Centroid, _pack_centroid)]
+            for name, view, pack in outputs if place else outputs[:1]:
+                declare_outputs(self, state, {f"{name}_{place + 1}": (view, partial(pack, place=place))})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> None:

@@ -1,13 +1,14 @@
 """The pairing of objects as a Drake System: the objects in the images of two cameras in, points of several out."""
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.messages import Centroid, TrackPoint, message_size
+from drake_tracker.core.frozen_state import declare_outputs
+from drake_tracker.core.messages import Centroid, TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.image_tracks.image_objects import target_centroid
 from drake_tracker.vision.image_tracks.stereo_tracks import StereoTracker, StereoTracks
@@ -52,16 +53,12 @@ class StereoTracksSystem(LeafSystem):
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareAbstractOutputPort("objects", lambda: AbstractValue.Make(pairing.start()), self._calc, ticket)
         for place in range(pairing.objects):
-            for name, size, pack in (
-                ("point", message_size(TrackPoint), pack_point),
+            for name, view, pack in (
+                ("point", TrackPoint, pack_point),
                 ("number", 1, pack_number),
-                *((f"centroid_{side}", message_size(Centroid), _centroid_of(k)) for k, side in enumerate(SIDES)),
+                *((f"centroid_{side}", Centroid, partial(pack_centroid, side=k)) for k, side in enumerate(SIDES)),
             ):
-
-                def calc(context: Context, output: BasicVector, pack: Any = pack, place: int = place) -> None:
-                    output.SetFromVector(pack(self._paired(context), place))
-
-                self.DeclareVectorOutputPort(f"{name}_{place + 1}", size, calc, ticket)
+                declare_outputs(self, state, {f"{name}_{place + 1}": (view, partial(pack, place=place))})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _paired(self, context: Context) -> StereoTracks:
@@ -98,7 +95,3 @@ def pack_number(paired: StereoTracks, place: int) -> np.ndarray:
 def pack_centroid(paired: StereoTracks, place: int, side: int) -> np.ndarray:
     """Returns the `Centroid` vector of a place in the left (0) or the right image (1)."""
     return target_centroid(paired.views[side], place, paired.stamp)
-
-
-def _centroid_of(side: int) -> Any:
-    return lambda paired, place: pack_centroid(paired, place, side)

@@ -8,12 +8,12 @@ from typing import Any
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     PART_FIELDS,
     PART_SLOTS,
@@ -125,12 +125,10 @@ class PartVisionSystem(LeafSystem):
         def declare(name: str, view: Any, pack: Callable[[PartTrackerState], np.ndarray]) -> None:
             index = len(self._packers)
             self._packers.append(pack)
-
-            def calc(context: Context, output: BasicVector) -> None:
-                messages = self._memory(context).messages
-                output.SetFromVector(messages[index] if messages else np.zeros(message_size(view)))
-
-            self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
+            blank = np.zeros(message_size(view))
+            declare_outputs(
+                self, state, {name: (view, lambda memory: memory.messages[index] if memory.messages else blank)}
+            )
 
         declare(
             "parts", PartTracks, lambda tracks: pack_parts(tracks.stamp, self._reported(tracks), belt_height, frame)

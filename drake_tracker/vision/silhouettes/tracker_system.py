@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.frozen_state import FrozenState, declare_outputs
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
     REGION_FIELDS,
@@ -104,29 +104,19 @@ class TrackerSystem(LeafSystem):
         self._expected = self.DeclareVectorInputPort("expected", message_size(TrackPredictions))
         self._selected = self.DeclareVectorInputPort("selected", 1)
         state = self.DeclareAbstractState(AbstractValue.Make(TrackerMemory(TrackerState(), 0)))
-        ticket = {self.abstract_state_ticket(state)}
-        self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point, ticket)
-        self.DeclareVectorOutputPort("tracks", message_size(TrackPoints), self._calc_tracks, ticket)
-        for number, side in enumerate(SIDES):
-
-            def calc_regions(context: Context, output: BasicVector, number: int = number) -> None:
-                output.SetFromVector(pack_regions(self._memory(context).tracker, number))
-
-            def calc_centroid(context: Context, output: BasicVector, number: int = number) -> None:
-                memory = self._memory(context)
-                output.SetFromVector(pack_centroid(memory.tracker, memory.target, number))
-
-            self.DeclareVectorOutputPort(f"regions_{side}", message_size(Regions), calc_regions, ticket)
-            self.DeclareVectorOutputPort(f"centroid_{side}", message_size(Centroid), calc_centroid, ticket)
+        outputs: dict[str, tuple[Any, Any]] = {
+            "point": (TrackPoint, lambda memory: pack_point(memory.tracker, memory.target)),
+            "tracks": (TrackPoints, lambda memory: pack_tracks(memory.tracker, memory.target, self._rule.reason)),
+        }
+        for k, side in enumerate(SIDES):
+            outputs[f"regions_{side}"] = Regions, lambda memory, k=k: pack_regions(memory.tracker, k)
+            outputs[f"centroid_{side}"] = Centroid, lambda memory, k=k: pack_centroid(memory.tracker, memory.target, k)
+        declare_outputs(self, state, outputs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
-
-    def _memory(self, context: Context) -> TrackerMemory:
-        memory: TrackerMemory = context.get_abstract_state(0).get_value()
-        return memory
 
     def _update(self, context: Context, state: State) -> None:
         left, right = (port.Eval(context) for port in self._foregrounds)
-        memory = self._memory(context)
+        memory: TrackerMemory = context.get_abstract_state(0).get_value()
         if not isinstance(left, Foreground) or not isinstance(right, Foreground):
             return
         if abs(left.stamp - right.stamp) > self._stamp_tolerance or left.stamp <= memory.tracker.stamp:
@@ -138,14 +128,6 @@ class TrackerSystem(LeafSystem):
         selected = int(self._selected.Eval(context)[0]) if self._selected.HasValue(context) else 0
         target = choose_target(self._rule, tracker.confirmed(), memory.target, selected)
         state.get_mutable_abstract_state(0).set_value(TrackerMemory(tracker, target))
-
-    def _calc_point(self, context: Context, output: BasicVector) -> None:
-        memory = self._memory(context)
-        output.SetFromVector(pack_point(memory.tracker, memory.target))
-
-    def _calc_tracks(self, context: Context, output: BasicVector) -> None:
-        memory = self._memory(context)
-        output.SetFromVector(pack_tracks(memory.tracker, memory.target, self._rule.reason))
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, Expected]:
