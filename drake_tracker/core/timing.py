@@ -132,6 +132,20 @@ def delay_cycles(lag_cycles: float, newest_image_age_cycles: float) -> int:
     return int(cycles)
 
 
+def lag_after_latency(lag_cycles: int, image_latency: int) -> int:
+    """Returns the cycles from when the inputs show an image until what follows from it appears.
+
+    Args:
+        lag_cycles: cycles from the capture of an image until what follows from it appears.
+        image_latency: cycles from the capture of an image until the inputs show it.
+
+    Raises DrakeTrackerError when the lag is shorter than the latency.
+    """
+    if lag_cycles < image_latency:
+        raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+    return int(lag_cycles) - image_latency
+
+
 def lag_of_throughput(throughput_cycles: float, first_image_age_cycles: float, stamp_age_cycles: float) -> float:
     """Returns the lag [cycles], from the stamp of a centroid until it appears, that corresponds to a throughput.
 

@@ -155,33 +155,15 @@ def tag(image: np.ndarray, x: int, y: int, words: str, colour: str, filled: bool
 
 
 def legend_seen(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of an object that is seen.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of an object that is seen; arguments as for `video_marks.legend_path`."""
     tag(page, x - 9, y + 6, "n", BRIGHT, False)
 
 
 def legend_lost(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of an object that is not seen.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of an object that is not seen; arguments as for `video_marks.legend_path`."""
     dashed_ring(page, (x, y), 6.0, BRIGHT)
 
 
 def legend_target(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of the target.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of the target; arguments as for `video_marks.legend_path`."""
     tag(page, x - 9, y + 6, "n", BRIGHT, True)

@@ -49,14 +49,7 @@ def dot(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None
 
 
 def ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
-    """Draws a circle with a dark edge.
-
-    Args:
-        image: BGR image, changed in place.
-        point: its centre [px]; nothing is drawn if it is not finite.
-        radius: radius [px].
-        colour: colour, "#rrggbb".
-    """
+    """Draws a circle with a dark edge; arguments as for `dot`."""
     if np.isfinite(point).all():
         for width, shade in ((4, VOID), (2, colour)):
             cv2.circle(image, fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
@@ -79,14 +72,7 @@ def cross(image: np.ndarray, point: ArrayLike, arm: float = 13.0, gap: float = 0
 
 
 def diamond(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
-    """Draws a filled square that stands on a corner.
-
-    Args:
-        image: BGR image, changed in place.
-        point: its centre [px]; nothing is drawn if it is not finite.
-        radius: radius [px].
-        colour: colour, "#rrggbb".
-    """
+    """Draws a filled square that stands on a corner; arguments as for `dot`."""
     if np.isfinite(point).all():
         corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius
         cv2.fillPoly(image, [np.rint(corners * (1 << _SHIFT)).astype(np.int32)], bgr(colour), cv2.LINE_AA, _SHIFT)
@@ -123,45 +109,21 @@ def legend_path(page: np.ndarray, x: int, y: int) -> None:
 
 
 def legend_goal(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of the predicted arrival.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of the predicted arrival; arguments as for `legend_path`."""
     polyline(page, [(x - 10, y), (x + 10, y)], GOAL, 2)
     diamond(page, (x, y), 6.0, GOAL)
 
 
 def legend_energy(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of moving pixels.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of moving pixels; arguments as for `legend_path`."""
     cv2.rectangle(page, (x - 6, y - 5), (x + 5, y + 5), bgr(ENERGY), -1)
 
 
 def legend_centroid(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of a centroid.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of a centroid; arguments as for `legend_path`."""
     cross(page, (x, y), 7.0)
 
 
 def legend_outline(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of a window of interest.
-
-    Args:
-        page: BGR image, changed in place.
-        x: column of its centre [px].
-        y: row of its centre [px].
-    """
+    """Draws the mark of a window of interest; arguments as for `legend_path`."""
     polyline(page, [(x - 8, y + 2), (x - 2, y - 6), (x + 8, y - 1), (x + 2, y + 6)], OUTLINE, 1, closed=True)

@@ -7,9 +7,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.arm.marker_kinematics import MarkerKinematics
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, message_size
-from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, lag_after_latency
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.hand.hand_markers import MarkerSearch
 from drake_tracker.vision.hand.hand_markers_system import HandMarkersSystem
@@ -69,9 +68,7 @@ class HandVisionDiagram(Diagram):
     ) -> None:
         super().__init__()
         self.set_name("vision")
-        delay = lag_cycles - image_latency
-        if delay < 0:
-            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        delay = lag_after_latency(lag_cycles, image_latency)
         builder = DiagramBuilder()
         vision.set_name("object_vision")
         builder.AddSystem(vision)

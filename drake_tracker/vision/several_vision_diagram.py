@@ -8,8 +8,14 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.core.timing import (
+    LAG_CYCLES,
+    PROJECTOR_SLOT,
+    TIME_STEP,
+    VISION_PERIOD,
+    lag_after_latency,
+    vision_slot,
+)
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.hand.wrist_view_diagram import WristParts, add_wrist_view
 from drake_tracker.vision.region_of_interest import RegionOfInterest
@@ -101,9 +107,7 @@ class SeveralVisionDiagram(Diagram):
     ) -> None:
         super().__init__()
         self.set_name("vision")
-        delay = int(lag_cycles) - image_latency
-        if delay < 0:
-            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        delay = lag_after_latency(lag_cycles, image_latency)
         if image_windows is None:
             image_windows = {side: (0, 0, cameras[side].width, cameras[side].height) for side in SIDES}
         builder = DiagramBuilder()

@@ -25,12 +25,10 @@ def add_prismatic_actuator(
     plant: MultibodyPlant,
     *,
     name: str,
-    instance: ModelInstanceIndex,
     parent: Frame,
     X_PF: RigidTransform,
     body: RigidBody,
     axis: Sequence[float],
-    mass: float,
     bandwidth: float,
     travel: float,
     force: float = 500.0,
@@ -40,24 +38,23 @@ def add_prismatic_actuator(
     Args:
         plant: not yet finalized.
         name: of the joint and its drive.
-        instance: model instance of the body.
         parent: frame P to which the slide is fixed.
         X_PF: pose of the body at the zero of the slide.
         body: the body.
         axis: of the slide, in F.
-        mass: of the body [kg].
         bandwidth: of the drive [rad/s].
         travel: largest distance from the zero to either side [m].
         force: largest force of the drive [N].
     """
-    frame = plant.AddFrame(FixedOffsetFrame(f"{name}_frame", parent, X_PF, instance))
+    frame = plant.AddFrame(FixedOffsetFrame(f"{name}_frame", parent, X_PF, body.model_instance()))
     joint = plant.AddJoint(PrismaticJoint(name, frame, body.body_frame(), axis, -travel, travel))
     actuator = plant.AddJointActuator(name, joint, force)
+    mass = body.default_mass()
     actuator.set_controller_gains(PdControllerGains(p=mass * bandwidth**2, d=2.0 * mass * bandwidth))
 
 
 def add_moving_body(plant: MultibodyPlant, moving: MovingBody) -> ModelInstanceIndex:
-    """Adds the body of a fault of the scene, on its slide. Returns its model instance.
+    """Adds a body, on its slide. Returns its model instance.
 
     Args:
         plant: registered with a SceneGraph, and not yet finalized.
@@ -72,12 +69,10 @@ def add_moving_body(plant: MultibodyPlant, moving: MovingBody) -> ModelInstanceI
     add_prismatic_actuator(
         plant,
         name=f"{moving.name}_slide",
-        instance=instance,
         parent=plant.world_frame(),
         X_PF=RigidTransform(moving.X_WP),
         body=body,
         axis=moving.axis,
-        mass=moving.mass,
         bandwidth=moving.bandwidth,
         travel=moving.travel,
         force=moving.force,

@@ -86,6 +86,24 @@ class Board(Protocol):
         ...
 
 
+class SquareGrid:
+    """The points of a board that lie on a square grid, row by row."""
+
+    columns: int
+    rows: int
+    square: float
+
+    @property
+    def spacing(self) -> float:
+        """Distance between neighbouring points of a row [m]."""
+        return self.square
+
+    def points(self) -> np.ndarray:
+        """Returns p_BQ of the points (columns * rows, 3) [m], row by row."""
+        y, x = np.mgrid[: self.rows, : self.columns]
+        return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
+
 def neighbours(board: Board) -> np.ndarray:
     """Returns the pairs of points of a board that are ``board.spacing`` apart, as indices (n, 2)."""
     p_BQ = board.points()

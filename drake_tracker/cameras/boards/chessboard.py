@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.cameras.boards.board import (
     BoardShapes,
+    SquareGrid,
     as_seen_from_the_front,
     frontal_homography,
     grid_turns,
@@ -29,7 +30,7 @@ _SOFTNESS = 0.08
 
 
 @dataclasses.dataclass(frozen=True)
-class Chessboard:
+class Chessboard(SquareGrid):
     """A chessboard of (columns + 1) x (rows + 1) squares.
 
     The board's frame B has its origin at the first inner corner, x along the columns, y along the rows, and z into the
@@ -59,16 +60,6 @@ class Chessboard:
     def name(self) -> str:
         """The board in words."""
         return f"{self.columns} x {self.rows} board"
-
-    @property
-    def spacing(self) -> float:
-        """Distance between neighbouring corners [m]."""
-        return self.square
-
-    def points(self) -> np.ndarray:
-        """Returns p_BQ of the inner corners (columns * rows, 3) [m], row by row."""
-        y, x = np.mgrid[: self.rows, : self.columns]
-        return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
     def turns(self) -> list[np.ndarray]:
         """Returns the orders of the corners in which a turned board looks the same."""

@@ -5,7 +5,13 @@ import dataclasses
 import cv2
 import numpy as np
 
-from drake_tracker.cameras.boards.board import BoardShapes, as_seen_from_the_front, enough_points, grid_turns
+from drake_tracker.cameras.boards.board import (
+    BoardShapes,
+    SquareGrid,
+    as_seen_from_the_front,
+    enough_points,
+    grid_turns,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 
 RADIUS = 0.3
@@ -15,7 +21,7 @@ _FINDER_WIDTH = 640
 
 
 @dataclasses.dataclass(frozen=True)
-class CircleGrid:
+class CircleGrid(SquareGrid):
     """Black circles in rows and columns. The grid looks the same after half a turn.
 
     The board's frame B has its origin at the centre of the first circle, see `board.Board`.
@@ -40,16 +46,6 @@ class CircleGrid:
     def name(self) -> str:
         """The board in words."""
         return f"grid of {self.columns} x {self.rows} circles"
-
-    @property
-    def spacing(self) -> float:
-        """Distance between neighbouring points of a row [m]."""
-        return self.square
-
-    def points(self) -> np.ndarray:
-        """Returns p_BQ of the centres (columns * rows, 3) [m], row by row."""
-        y, x = np.mgrid[: self.rows, : self.columns]
-        return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
     def turns(self) -> list[np.ndarray]:
         """Returns the orders of the points in which a turned board is indistinguishable."""

@@ -10,7 +10,6 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, declare_outputs, read_only
 from drake_tracker.core.messages import (
     JawState,
@@ -20,7 +19,14 @@ from drake_tracker.core.messages import (
     WristPoint,
     message_size,
 )
-from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, WRIST_SLOT, capture_time, vision_slot
+from drake_tracker.core.timing import (
+    LAG_CYCLES,
+    VISION_PERIOD,
+    WRIST_SLOT,
+    capture_time,
+    lag_after_latency,
+    vision_slot,
+)
 from drake_tracker.vision.hand.arm_silhouette import HandView
 from drake_tracker.vision.hand.wrist_measurement import Expectation, FixedPoint, WristMeasurement, WristReason, nothing
 from drake_tracker.vision.hand.wrist_messages import expectation, fixed_point, fused, pack_wrist, track_row
@@ -127,10 +133,9 @@ class WristViewSystem(LeafSystem):
         offset: float = vision_slot(WRIST_SLOT),
     ) -> None:
         super().__init__()
-        if lag_cycles < image_latency:
-            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
         self._view, self._hand, self._held_width = view, hand, held_width
         self._lag, self._latency, self._period = lag_cycles, image_latency, period
+        self._shots_kept = lag_after_latency(lag_cycles, image_latency) + 1
         self._update_cycles = update_cycles
         self._image = self.DeclareAbstractInputPort("camera_wrist", AbstractValue.Make(ImageRgba8U()))
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * hand.num_joints)
@@ -160,7 +165,7 @@ class WristViewSystem(LeafSystem):
                 image = cv2.undistort(image, camera.K, camera.distortion)
             shot = Shot(stamp, read_only(image))
         state.get_mutable_abstract_state(self._lines).set_value(
-            WristLines((*lines.hands, hand)[-self._lag - 1 :], (*lines.shots, shot)[-(self._lag - self._latency) - 1 :])
+            WristLines((*lines.hands, hand)[-self._lag - 1 :], (*lines.shots, shot)[-self._shots_kept :])
         )
 
     def _update(self, context: Context, state: State) -> None:
@@ -194,7 +199,7 @@ class WristViewSystem(LeafSystem):
         fixed: FixedPoint | None,
     ) -> tuple[WristTemplate | None, WristMeasurement]:
         """Returns the appearance and the measurement after the image of a stamp [s]."""
-        whole = len(lines.hands) == self._lag + 1 and len(lines.shots) == self._lag - self._latency + 1
+        whole = len(lines.hands) == self._lag + 1 and len(lines.shots) == self._shots_kept
         shot = lines.shots[0] if whole else None
         if shot is None or abs(shot.stamp - stamp) > 0.5 * self._period:
             return appearance, nothing(WristReason.NO_IMAGE)

@@ -10,8 +10,7 @@ from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.belt_frame import BeltFrame
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, lag_after_latency
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.parts.belt_surface import BeltSurface
@@ -84,9 +83,7 @@ class PartVisionDiagram(Diagram):
     ) -> None:
         super().__init__()
         self.set_name("vision")
-        delay = int(lag_cycles) - image_latency
-        if delay < 0:
-            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        delay = lag_after_latency(lag_cycles, image_latency)
         turned = {side: camera_over_belt(camera, frame) for side, camera in cameras.items()}
         belts = {
             side: belt_window(camera, belt, belt_height).mask(image_windows[side]) for side, camera in turned.items()

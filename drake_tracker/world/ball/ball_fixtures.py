@@ -8,10 +8,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 
+from drake_tracker.faults.fault import MovingBody
 from drake_tracker.world.ball.ball_board import BALL_RADIUS, PEG_HEIGHT, PEG_RADIUS, START_Y
 from drake_tracker.world.ball.ball_board_visual import THICKNESS, WALL_HEIGHT, WALL_THICKNESS, add_board_visual
 from drake_tracker.world.config import BoardConfig
-from drake_tracker.world.prismatic_actuator import add_prismatic_actuator
+from drake_tracker.world.prismatic_actuator import add_moving_body, add_prismatic_actuator
 
 TABLE_HEIGHT = 0.45
 """Height of the top of the table that carries the board [m]."""
@@ -95,12 +96,10 @@ def add_board(
         add_prismatic_actuator(
             plant,
             name="board_slide",
-            instance=instance,
             parent=plant.world_frame(),
             X_PF=X_WB,
             body=body,
             axis=[1.0, 0.0, 0.0],
-            mass=mass,
             bandwidth=60.0,
             travel=0.01,
         )
@@ -118,20 +117,17 @@ def add_gate(plant: MultibodyPlant, *, board_body: RigidBody, start_x: float) ->
         start_x: x_B of the ball behind the gate [m].
     """
     instance = plant.AddModelInstance("gate")
-    mass = 0.02
-    gate = plant.AddRigidBody("gate", instance, SpatialInertia.SolidBoxWithMass(mass, *GATE_SIZE))
+    gate = plant.AddRigidBody("gate", instance, SpatialInertia.SolidBoxWithMass(0.02, *GATE_SIZE))
     plant.RegisterCollisionGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "bar", WOOD.properties())
     plant.RegisterVisualGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "look", np.array([0.85, 0.85, 0.83, 1.0]))
     X_BG = RigidTransform([start_x, START_Y - BALL_RADIUS - 0.5 * GATE_SIZE[1], 0.5 * GATE_SIZE[2] + 0.001])
     add_prismatic_actuator(
         plant,
         name="gate_slide",
-        instance=instance,
         parent=board_body.body_frame(),
         X_PF=X_BG,
         body=gate,
         axis=[0.0, 0.0, -1.0],
-        mass=mass,
         bandwidth=60.0,
         travel=GATE_TRAVEL,
     )
@@ -143,23 +139,14 @@ def add_distractor(plant: MultibodyPlant) -> ModelInstanceIndex:
 
     Returns the model instance.
     """
-    instance = plant.AddModelInstance("distractor")
-    mass = 0.2
-    box = plant.AddRigidBody("distractor", instance, SpatialInertia.SolidBoxWithMass(mass, *DISTRACTOR_SIZE))
-    plant.RegisterVisualGeometry(
-        box, RigidTransform(), Box(*DISTRACTOR_SIZE), "look", np.array([0.05, 0.05, 0.06, 1.0])
-    )
-    X_WG = RigidTransform([*DISTRACTOR_PLACE, TABLE_HEIGHT + 0.5 * DISTRACTOR_SIZE[2] + 0.001])
-    add_prismatic_actuator(
-        plant,
-        name="distractor_slide",
-        instance=instance,
-        parent=plant.world_frame(),
-        X_PF=X_WG,
-        body=box,
-        axis=[1.0, 0.0, 0.0],
-        mass=mass,
-        bandwidth=30.0,
+    distractor = MovingBody(
+        name="distractor",
+        size=DISTRACTOR_SIZE,
+        colour=(0.05, 0.05, 0.06, 1.0),
+        X_WP=RigidTransform([*DISTRACTOR_PLACE, TABLE_HEIGHT + 0.5 * DISTRACTOR_SIZE[2] + 0.001]).GetAsMatrix4(),
+        axis=(1.0, 0.0, 0.0),
         travel=2.0 * SLIDE_AMPLITUDE,
+        mass=0.2,
+        force=500.0,
     )
-    return instance
+    return add_moving_body(plant, distractor)

@@ -196,12 +196,10 @@ def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> Rigid
     add_prismatic_actuator(
         plant,
         name="belt",
-        instance=instance,
         parent=plant.world_frame(),
         X_PF=RigidTransform(belt.frame.X_WB) @ RigidTransform([belt.middle, 0.0, belt.height]),
         body=body,
         axis=(0.0, 1.0, 0.0),
-        mass=_SLAB_MASS,
         bandwidth=_BANDWIDTH,
         travel=travel + 1.0,
         force=_FORCE,

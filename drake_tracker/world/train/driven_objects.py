@@ -72,18 +72,14 @@ class DrivenObject:
         body = plant.AddRigidBody(self.name, instance, SpatialInertia.SolidSphereWithMass(_MASS, 0.02))
         self.shape(plant, body)
         height, travel = self.place()
-        heading = math.radians(self.settings.heading_deg)
+        heading, p_WF = math.radians(self.settings.heading_deg), [*self.settings.place, self.table_height + height]
         add_prismatic_actuator(
             plant,
             name=f"{self.name}_slide",
-            instance=instance,
             parent=plant.world_frame(),
-            X_PF=RigidTransform(
-                RotationMatrix.MakeZRotation(heading), [*self.settings.place, self.table_height + height]
-            ),
+            X_PF=RigidTransform(RotationMatrix.MakeZRotation(heading), p_WF),
             body=body,
             axis=(1.0, 0.0, 0.0),
-            mass=_MASS,
             bandwidth=_BANDWIDTH,
             travel=travel + _MARGIN,
             force=_FORCE,
