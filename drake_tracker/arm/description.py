@@ -97,16 +97,12 @@ CUP: dict[str, Any] = {
 PUMA560_CUP = replace(PUMA560, **CUP)
 """The PUMA 560 with the cup."""
 
-SEVEN_JOINT = ArmDescription(
+SEVEN_JOINT = replace(
+    PUMA560_CUP,
     arm_url="package://drake_tracker_models/seven_joint/seven_joint.sdf",
-    base_link="base",
-    flange="flange",
-    hand_link="hand",
-    tool_frame="tool",
     servo_inertia=(12.0, 20.0, 6.0, 6.0, 0.5, 0.5, 0.4),
     servo_bandwidth=(50.0, 50.0, 50.0, 50.0, 40.0, 40.0, 40.0),
     q_start=(0.0, 0.05, 0.0, 2.15, 0.0, 0.95, 0.0),
-    **CUP,
 )
 """The arm with seven joints with the cup."""
 

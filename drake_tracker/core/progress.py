@@ -132,9 +132,7 @@ class TrialsProgress(_Line):
         clock: returns the wall time [s].
     """
 
-    def __init__(self, stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic) -> None:
-        super().__init__(stream, clock)
-        self._first_ended = 0
+    _first_ended = 0
 
     def __call__(self, ended: int, trials: int, succeeded: int) -> None:
         """Shows the progress, at most five times a second on a terminal and every ten seconds elsewhere.

@@ -55,16 +55,8 @@ class ImageFaultsSystem(LeafSystem):
         self._input = self.DeclareAbstractInputPort("color_image", Value(ImageRgba8U(*size)))
         held = HeldImages((None,) * len(self._faults))
         self._state_index = self.DeclareAbstractState(AbstractValue.Make(held))
-        self.DeclareAbstractOutputPort(
-            "color_image",
-            lambda: Value(ImageRgba8U(*size)),
-            self._calc_image,
-            prerequisites_of_calc={
-                self.time_ticket(),
-                self._input.ticket(),
-                self.abstract_state_ticket(self._state_index),
-            },
-        )
+        tickets = {self.time_ticket(), self._input.ticket(), self.abstract_state_ticket(self._state_index)}
+        self.DeclareAbstractOutputPort("color_image", lambda: Value(ImageRgba8U(*size)), self._calc_image, tickets)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._hold)
 
     def _hold(self, context: Context, state: State) -> None:

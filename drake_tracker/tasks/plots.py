@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.episode import PhaseSpan
-from drake_tracker.tasks.style import PLOT_STYLE, phase_colour
+from drake_tracker.tasks.style import PLOT_STYLE, SOFT_INK, phase_colour
 
 SHORT, LONG = 0.25, 0.75
 """Horizons of the predictions shown [s]: the lag of vision, and the time for which a blind grasp must predict."""
@@ -103,6 +103,19 @@ def name_colours(ax: Axes, names: Iterable[tuple[str, str]], y: float = 1.02) ->
         text = ax.text(x, y, name, transform=ax.transAxes, color=colour, fontsize=10.5, weight="bold", va="bottom")
         box = text.get_window_extent(renderer).transformed(ax.transAxes.inverted())
         x = box.x1 + 0.025
+
+
+def name_limit(ax: Axes, words: str, height: float, **look: Any) -> None:
+    """Writes words above a horizontal line, at its right end.
+
+    Args:
+        ax: axes of the plot.
+        words: the words.
+        height: of the line, in the unit of the axis.
+        **look: further keywords of ``annotate``.
+    """
+    place = {"xycoords": ("axes fraction", "data"), "xytext": (-2, 3), "textcoords": "offset points"}
+    ax.annotate(words, (1.0, height), fontsize=9.5, color=SOFT_INK, ha="right", **place, **look)
 
 
 def broken(times: np.ndarray, *rows: np.ndarray) -> tuple[np.ndarray, ...]:

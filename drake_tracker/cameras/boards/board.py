@@ -87,7 +87,7 @@ class Board(Protocol):
 
 
 class SquareGrid:
-    """The points of a board that lie on a square grid, row by row."""
+    """A board whose pattern repeats on a square grid, with one point in each place."""
 
     columns: int
     rows: int

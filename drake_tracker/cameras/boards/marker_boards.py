@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_tracker.cameras.boards.board import (
     BoardShapes,
+    SquareGrid,
     enough_points,
     frontal_homography,
     neighbours,
@@ -31,7 +32,7 @@ _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-3)
 
 
 @dataclasses.dataclass(frozen=True)
-class CharucoBoard:
+class CharucoBoard(SquareGrid):
     """A chessboard with an ArUco marker in each white square, in OpenCV's layout (4.6 and later).
 
     The board's frame B has its origin at the first inner corner, see `board.Board`.
@@ -73,11 +74,6 @@ class CharucoBoard:
     def side(self) -> float:
         """Side of a marker [m]."""
         return 0.75 * self.square if self.marker is None else self.marker
-
-    @property
-    def spacing(self) -> float:
-        """Distance between neighbouring points of a row [m]."""
-        return self.square
 
     def points(self) -> np.ndarray:
         """Returns p_BQ of the inner corners ((columns - 1) * (rows - 1), 3) [m], row by row."""
@@ -127,7 +123,7 @@ class CharucoBoard:
 
 
 @dataclasses.dataclass(frozen=True)
-class AprilTagGrid:
+class AprilTagGrid(SquareGrid):
     """A grid of AprilTags 36h11, numbered row by row, as OpenCV's GridBoard with a border of one cell.
 
     The points are the corners of the tags. Kalibr's printed grids have a border of two cells, and cannot be used. The
@@ -167,16 +163,9 @@ class AprilTagGrid:
         """Side of a tag [m]."""
         return self.square / 1.3 if self.marker is None else self.marker
 
-    @property
-    def spacing(self) -> float:
-        """Distance between the same corner of neighbouring tags [m]."""
-        return self.square
-
     def points(self) -> np.ndarray:
         """Returns p_BQ of the corners of the tags (4 * columns * rows, 3) [m], tag by tag, clockwise from the first."""
-        y, x = np.mgrid[: self.rows, : self.columns]
-        first = self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        return (first[:, np.newaxis] + self.side * _CLOCKWISE).reshape(-1, 3)
+        return (super().points()[:, np.newaxis] + self.side * _CLOCKWISE).reshape(-1, 3)
 
     def turns(self) -> list[np.ndarray]:
         """Returns the order of the points: no turn of the board looks the same."""

@@ -20,7 +20,7 @@ from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.setup import BallSetup
 from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
 from drake_tracker.tasks.episode import Log, fresh_packets, phase_spans
-from drake_tracker.tasks.plots import broken, draw_phases, name_colours
+from drake_tracker.tasks.plots import broken, draw_phases, name_colours, name_limit
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
     FILTERED,
@@ -260,16 +260,7 @@ def _draw_errors(ax: Axes, run: RunOfTheBall) -> None:
         ax.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
     ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
     ax.set_ylim(-2.4 * fits, 2.4 * fits)
-    ax.annotate(
-        f"clear of the rim: {fits:.0f} mm",
-        (1.0, fits),
-        xycoords=("axes fraction", "data"),
-        xytext=(-2, 3),
-        textcoords="offset points",
-        fontsize=9.5,
-        color=SOFT_INK,
-        ha="right",
-    )
+    name_limit(ax, f"clear of the rim: {fits:.0f} mm", fits)
     _time_axis(ax, run, "Error relative to the true crossing", "error  [mm]", pad=10)
 
 

@@ -91,10 +91,7 @@ def closing_onset_error(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan])
 def contact_of(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> Contact | None:
     """Returns the contact of the last attempt in which the jaws closed, None if they never closed.
 
-    Args:
-        setup: the resolved scenario of the run.
-        log: {name: Signal} of the run.
-        spans: phases of the run.
+    Arguments as for `closing_onset_error`.
     """
     launch, close = last_closing(spans)
     if launch is None or close is None:
@@ -108,12 +105,7 @@ def offset_at_touch(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan]) -> 
     """Returns the train's middle relative to the middle of the jaws at touch, (along [m], across [m], turned by [rad]).
 
     The instant is the first contact since the last launch, or otherwise the instant at which the pads would have
-    touched the sides of the train.
-
-    Args:
-        setup: the resolved scenario of the run.
-        log: {name: Signal} of the run.
-        spans: phases of the run.
+    touched the sides of the train. Arguments as for `closing_onset_error`.
 
     Returns None if the jaws never closed, or if a pose is not logged.
     """

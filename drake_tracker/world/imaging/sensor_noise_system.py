@@ -34,12 +34,8 @@ class SensorNoiseSystem(LeafSystem):
         self._noise = noise
         size = noise.window[2:] if noise.window else (noise.width, noise.height)
         self.DeclareAbstractInputPort("color_image", Value(ImageRgba8U(*size)))
-        self.DeclareAbstractOutputPort(
-            "color_image",
-            lambda: Value(ImageRgba8U(*size)),
-            self._calc_image,
-            prerequisites_of_calc={self.time_ticket(), self.all_input_ports_ticket()},
-        )
+        tickets = {self.time_ticket(), self.all_input_ports_ticket()}
+        self.DeclareAbstractOutputPort("color_image", lambda: Value(ImageRgba8U(*size)), self._calc_image, tickets)
 
     def _calc_image(self, context: Context, output: AbstractValue) -> None:
         image = self.GetInputPort("color_image").Eval(context).data

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_ahead, tool_pose
-from drake_tracker.tasks.plots import LONG, SHORT, broken, draw_phases, name_colours, time_axis_length
+from drake_tracker.tasks.plots import LONG, SHORT, broken, draw_phases, name_colours, name_limit, time_axis_length
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
     FILTERED,
@@ -275,25 +275,12 @@ def _draw_errors(across: Axes, along: Axes, setup: TrainSetup, log: Log, spans: 
     fits = 1e3 * clearance(setup)
     for side in (-fits, fits):
         across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
-    across.annotate(
-        f"open jaws: {fits:.0f} mm",
-        (1.0, fits),
-        xycoords=("axes fraction", "data"),
-        xytext=(-2, 3),
-        textcoords="offset points",
-        fontsize=9.5,
-        color=SOFT_INK,
-        ha="right",
-        bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 1.0},
-    )
+    box = {"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 1.0}
+    name_limit(across, f"open jaws: {fits:.0f} mm", fits, bbox=box)
     across.tick_params(labelbottom=False)
     along.set_xlabel("time  [s]")
-    across.text(
-        1.0, 1.045, "left of the train is positive", transform=across.transAxes, ha="right", color=SOFT_INK, fontsize=10
-    )
-    along.text(
-        1.0, 1.045, "ahead of the train is positive", transform=along.transAxes, ha="right", color=SOFT_INK, fontsize=10
-    )
+    for ax, words in ((across, "left of the train is positive"), (along, "ahead of the train is positive")):
+        ax.text(1.0, 1.045, words, transform=ax.transAxes, ha="right", color=SOFT_INK, fontsize=10)
 
 
 def _arrival(setup: TrainSetup, spans: Sequence[PhaseSpan]) -> float:
