@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
 from drake_tracker import __version__
@@ -69,7 +70,7 @@ def _run(
         while True:
             # No more jobs at a time than threads: a job that waits at a worker that dies would count as its victim.
             threads = sum(client.nthreads().values())
-            for job in _take(jobs, max(threads, 1) - len(running)):
+            for job in islice(jobs, max(threads, 1, len(running)) - len(running)):
                 running[client.submit(_render_in_process, work, job, pure=False)] = job
             if not running:
                 return
@@ -96,11 +97,6 @@ def _render_in_process(work: Callable[[Any], Any], job: Any) -> Any:
     """Does a job on a worker, whose other processors have other jobs."""
     os.environ.setdefault(VARIABLE, "0")
     return work(job)
-
-
-def _take(jobs: Iterator[Any], count: int) -> Iterator[Any]:
-    for _, job in zip(range(count), jobs):
-        yield job
 
 
 def _result(future: Any) -> Any:

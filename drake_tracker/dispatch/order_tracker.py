@@ -119,7 +119,8 @@ class OrderClerk:
             worth_trying = part is not None and self.model.in_window(part, now)[1] >= now + self.model.cycle.close
         else:
             worth_trying = False
-        cells = [k for k in self.filling if k not in self._taken(book)]
+        occupied = book.filled | ({book.placing.cell} if book.placing is not None else set())
+        cells = [k for k in self.filling if k not in occupied]
         free = [self.cells[k] for k in cells]
         plan = choose_plan(self.dispatcher, hand, offered, free, now) if cells else Plan()
         if plan.number is None:
@@ -138,10 +139,6 @@ class OrderClerk:
         if book.order is not None and arm.done >= book.order.seq:
             book = replace(book, order=None, placed=arm.placed)
         return book
-
-    @staticmethod
-    def _taken(book: OrderTracker) -> frozenset[int]:
-        return book.filled | ({book.placing.cell} if book.placing is not None else set())
 
     def _hand(self, book: OrderTracker, arm: ArmReport, now: float) -> FreeHand:
         """Returns where and when the hand will be free."""

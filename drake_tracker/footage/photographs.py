@@ -50,7 +50,8 @@ def take_photographs(
             say(f"photograph {number}: the images of both cameras are {apart:.1f} s apart")
         for side, (_, image) in zip(sides, pair):
             files.append(folder / f"{side}{number:02d}.png")
-            write_bytes(files[-1], _png(image))
+            png = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1]
+            write_bytes(files[-1], png.tobytes())
         say(f"photograph {number} of {count}")
     return files
 
@@ -82,7 +83,3 @@ def _check_folder(folder: Path, sides: Sequence[str]) -> None:
     old = sorted(file.name for side in sides for file in folder.glob(f"{side}*.png"))
     if old:
         raise DrakeTrackerError(f"{folder}: contains {old[0]} already; name a new folder")
-
-
-def _png(image: np.ndarray) -> bytes:
-    return cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()

@@ -177,12 +177,9 @@ def pattern_at(seed: int, xy: Sequence[float] | np.ndarray, pixel: float) -> np.
     i, j = math.floor(column), math.floor(row)
     a, b = column - i, row - j
     weights = np.array([(1.0 - a) * (1.0 - b), (1.0 - a) * b, a * (1.0 - b), a * b])
-    corners = [_corner(seed, i + k, j + m) for k in (0, 1) for m in (0, 1)]
+    places = [(x, y) for x in (i, i + 1) for y in (j, j + 1)]
+    corners = [_tile(seed, x // _TILE, y // _TILE)[x % _TILE, y % _TILE] for x, y in places]
     return weights @ np.array(corners) / math.sqrt(weights @ weights)
-
-
-def _corner(seed: int, i: int, j: int) -> np.ndarray:
-    return _tile(seed, i // _TILE, j // _TILE)[i % _TILE, j % _TILE]
 
 
 @lru_cache(maxsize=256)

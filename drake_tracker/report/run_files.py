@@ -160,16 +160,8 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _are_counts(value: Any) -> bool:
-    return isinstance(value, dict) and all(is_number(each) for each in value.values())
-
-
 def _is_text(value: Any) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST
-
-
-def _is_lag(value: Any) -> bool:
-    return isinstance(value, dict) and all(each is None or is_number(each) for each in value.values())
 
 
 def _are_versions(value: Any) -> bool:
@@ -188,8 +180,8 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "seed": lambda value: _is_text(value) or (is_number(value) and math.floor(value) == value),
     "success": lambda value: isinstance(value, bool),
     "failure_reason": _is_text,
-    "lag_s": _is_lag,
-    "packets_rejected_for": _are_counts,
+    "lag_s": lambda value: isinstance(value, dict) and all(each is None or is_number(each) for each in value.values()),
+    "packets_rejected_for": lambda value: isinstance(value, dict) and all(map(is_number, value.values())),
     "tracking": _has_sentences,
     "lost_parts": _has_sentences,
     "package_versions": _are_versions,

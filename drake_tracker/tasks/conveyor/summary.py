@@ -10,7 +10,7 @@ from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.conveyor.lost_parts import counted, lost_parts
-from drake_tracker.tasks.conveyor.part_history import PartHistory, part_histories
+from drake_tracker.tasks.conveyor.part_history import part_histories
 from drake_tracker.tasks.conveyor.setup import ConveyorSetup
 from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, could_be_picked
 from drake_tracker.tasks.episode import Log
@@ -72,8 +72,9 @@ def summarise_conveyor(
     possible = [part for part in histories if could_be_picked(setup, part.arrival, simulated)]
     placed = sum(part.fate is PartFate.PLACED for part in possible)
     success = bool(possible) and placed >= ENOUGH * len(possible)
-    placements = [part.placement for part in histories if part.placement is not None]
-    turns = [part.placement.turn for part in histories if part.placement is not None and _has_direction(part)]
+    put_down = [(part.arrival.kind, part.placement) for part in histories if part.placement is not None]
+    placements = [placement for _, placement in put_down]
+    turns = [placement.turn for kind, placement in put_down if PART_SHAPES[kind].turns > 0]
     lost = lost_parts(setup, histories, log, simulated)
     reasons = counted([part for part in lost if histories[part.number - 1].picked_at is None])
     bound = clairvoyant_picks(setup, arrivals, simulated)
@@ -134,10 +135,6 @@ def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, 
 def _encoder_unused(log: Log) -> float | None:
     report = log.get("encoder_report")
     return None if report is None else VISION_PERIOD * float(report["unused_cycles"].max(initial=0.0))
-
-
-def _has_direction(part: PartHistory) -> bool:
-    return PART_SHAPES[part.arrival.kind].turns > 0
 
 
 def _rms(values: Sequence[float]) -> float | None:

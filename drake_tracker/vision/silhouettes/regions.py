@@ -123,11 +123,8 @@ def _error(share: float, shared: bool, covered: bool) -> float:
 
 def _is_cut(foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], covered: bool) -> bool:
     """Returns whether the pixels of a region, given for a box of the image, show only a part of the object."""
-    if (
-        not covered
-        and foreground.border is not None
-        and cv2.countNonZero(cv2.bitwise_and(pixels, foreground.border[box]))
-    ):
+    border = None if covered else foreground.border
+    if border is not None and cv2.countNonZero(cv2.bitwise_and(pixels, border[box])):
         return True
     return _touches(foreground.missing, pixels, box)
 

@@ -130,23 +130,15 @@ def _draw_sight(ax: Axes, sight: InstantView, view: tuple[float, float, float, f
 
 def _caption(ax: Axes, instant: GraspInstant) -> None:
     """Writes the time and the arm's knowledge above a view."""
+    when = f"{abs(instant.before):.2f} s {'after' if instant.before < -0.005 else 'to'} contact"
+    age = f"newest measurement {instant.age:.2f} s old" if np.isfinite(instant.age) else "no packet"
     lines = [
-        (_words(instant.before), 13, "bold", INK),
+        (when, 13, "bold", INK),
         (instant.phase.name.lower(), 10.5, "bold", phase_colour(instant.phase)),
-        (
-            f"newest measurement {instant.age:.2f} s old" if np.isfinite(instant.age) else "no packet",
-            9,
-            "normal",
-            SOFT_INK,
-        ),
+        (age, 9, "normal", SOFT_INK),
     ]
     for (words, size, weight, colour), y in zip(lines, (1.17, 1.095, 1.03)):
         ax.text(0.0, y, words, transform=ax.transAxes, fontsize=size, weight=weight, color=colour)
-
-
-def _words(before: float) -> str:
-    """Returns a time before the contact [s] in words."""
-    return f"{abs(before):.2f} s {'after' if before < -0.005 else 'to'} contact"
 
 
 def _draw_header(figure: Figure, setup: TrainSetup, contact: Contact, height: float, cell: float) -> None:
