@@ -46,8 +46,8 @@ class ServoSystem(LeafSystem):
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._state = self.DeclareAbstractState(AbstractValue.Make(servo.initial_state()))
-        outputs = {"target": (ServoTarget, servo.target), "held_packet": (Prediction, attrgetter("packet"))}
-        declare_outputs(self, self._state, outputs)
+        held_packet = (Prediction, attrgetter("packet"))
+        declare_outputs(self, self._state, {"target": (ServoTarget, servo.target), "held_packet": held_packet})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(SERVO_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:

@@ -1,6 +1,7 @@
 """The pairing of objects as a Drake System: the objects in the images of two cameras in, points of several out."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -52,12 +53,10 @@ class StereoTracksSystem(LeafSystem):
         state = self.DeclareAbstractState(AbstractValue.Make(pairing.start()))
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareAbstractOutputPort("objects", lambda: AbstractValue.Make(pairing.start()), self._calc, ticket)
+        packers: list[tuple[str, Any, Any]] = [("point", TrackPoint, pack_point), ("number", 1, pack_number)]
+        packers += [(f"centroid_{side}", Centroid, partial(pack_centroid, side=k)) for k, side in enumerate(SIDES)]
         for place in range(pairing.objects):
-            for name, view, pack in (
-                ("point", TrackPoint, pack_point),
-                ("number", 1, pack_number),
-                *((f"centroid_{side}", Centroid, partial(pack_centroid, side=k)) for k, side in enumerate(SIDES)),
-            ):
+            for name, view, pack in packers:
                 declare_outputs(self, state, {f"{name}_{place + 1}": (view, partial(pack, place=place))})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
