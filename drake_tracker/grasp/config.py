@@ -69,12 +69,12 @@ class GraspConfig:
         choices=("probability", "auto", "memory", "recent"),
     )
     launch_probability: float = setting(
-        0.966,
+        0.967,
         "with gate probability: probability of success from which on the hand descends; from 0.7 if it will not rise",
         "",
         (0.0, 1.0),
     )
-    abort_probability: ClassVar[float] = 0.26
+    abort_probability: ClassVar[float] = 0.38
     """In a guided descent: probability of success below which the hand goes up again; chosen."""
     memory_radius: ClassVar[float] = 0.03
     """Distance below which an earlier place counts as the same [m]; chosen."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import success_law
+from methods import law_fit
 from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import make_arm_model
@@ -148,7 +149,7 @@ def test_the_benchmark_predicts_what_the_command_predicts(tmp_path):
     curvature = track.curvature(np.arange(0.5 * STEP, 2.0 * track.length, STEP))
     limits = hand_limits(setup.reach.model, setup.reach.q_initial)
     situation = Situation(0.2, condition["lag"] / 60.0, row["noise_m"], curvature, limits, setup.grasp)
-    (found,) = success_law.predicted(LAW, [row])
+    (found,) = law_fit.predicted(LAW, [row])
     assert found == pytest.approx(predict(LAW, situation)[0], abs=0.02)
 
 
