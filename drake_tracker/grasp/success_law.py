@@ -62,7 +62,7 @@ class Law(NamedTuple):
 
 
 UNCERTAINTY = 0.2
-"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.11 at most
+"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.09 at most
 in the cells of `benchmarks/success_law.py --part cells`."""
 LAW = Law(memory=0.65, gain=1.68, hand=0.0066, steepness=5.3)
 """Fitted to 1,293 runs on measured vision (`benchmarks/success_law.py --fit`)."""
