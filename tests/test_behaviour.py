@@ -10,7 +10,7 @@ from pathlib import Path
 
 import behaviour
 import pytest
-from shared import behaviour_rows
+from shared import behaviour_rows, parts
 from shared.stored import read_lines, result_files
 
 from drake_tracker.scenarios.reader import describe_settings
@@ -162,3 +162,19 @@ def test_a_command_that_fails_or_outlasts_the_time_is_told_apart(monkeypatch, tm
     (tmp_path / "long.py").write_text("import time; time.sleep(60)")
     assert all_results.run("bad.py", 30.0) == 3
     assert all_results.run("long.py", 0.2) is None
+
+
+def test_trials_of_parts_name_their_behaviour_and_count_until_it_changes(tmp_path):
+    def trial(cell, seed, quick):
+        return {"success": True}
+
+    row = parts.run_one(("wrist", trial, "left", 1, False, "a" * 40))
+    row |= behaviour_rows.behaviour_of("eyes_open", row)
+    assert set(row["behaviour"]) == {"train:wrist", "train:guided"}
+    stale = {**row, "seed": 2, "behaviour": {**row["behaviour"], "train:wrist": 0}}
+    unknown = {**row, "seed": 3, "behaviour": {}}
+    path = tmp_path / "wrist.jsonl"
+    path.write_text("".join(json.dumps(each) + "\n" for each in (row, stale, unknown)))
+    part = parts.Part(trial, {"left": 0}, 1, None, None)
+    assert parts.measure("wrist", part, path, [], None, False, 1, "b" * 40) == [row]
+    assert parts.measure("wrist", part, path, [], None, False, 1, "a" * 40) == [row, stale, unknown]

@@ -1,15 +1,18 @@
 """Benchmarks that consist of parts: cells, seeds, a line per trial, and the results of each part in one JSON file.
 
-Each trial becomes a line of ``runs/NAME/PART.jsonl`` as soon as it ends, and is not repeated on the same commit. All
-trials of this commit are the results of a part, which replace those of the same part in the file of results.
+Each trial becomes a line of ``runs/NAME/PART.jsonl`` as soon as it ends, and is not repeated on the same commit, nor
+while the behaviour that it rests on is today's. All these trials are the results of a part, which replace those of the
+same part in the file of results.
 """
 
 import argparse
 import json
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from shared.behaviour_rows import is_current
 from shared.common import append_results, print_table, provenance
 from shared.stored import read_lines
 
@@ -55,9 +58,9 @@ class Timed(NamedTuple):
 
 def run_one(job):
     """Runs one trial in a worker; returns its line, or `Lost`."""
-    work, cell, seed, quick, commit = job
+    name, work, cell, seed, quick, commit = job
     made = work(cell, seed, quick)
-    return {"cell": cell, "seed": seed, "commit": commit, **made} if isinstance(made, dict) else made
+    return {"part": name, "cell": cell, "seed": seed, "commit": commit, **made} if isinstance(made, dict) else made
 
 
 def describe(row):
@@ -69,8 +72,9 @@ def describe(row):
     return f"{row['cell']} seed {row['seed']}: {end}"
 
 
-def measure(part, path, chosen, seeds, quick, workers, commit):
-    """Runs the trials of a part that are missing; returns all its lines of this commit, in the order of the cells."""
+def measure(name, part, path, chosen, seeds, quick, workers, commit):
+    """Runs the trials of a part that are missing; returns all its lines of this commit or of today's behaviour, in the
+    order of the cells."""
     first = QUICK_SEED if quick else part.first_seed
     cells = {
         cell: count if seeds is None else seeds
@@ -81,13 +85,14 @@ def measure(part, path, chosen, seeds, quick, workers, commit):
 
     def lines():
         rows = read_lines(path) if path.exists() else []
-        known = {(row["cell"], row["seed"]): row for row in rows if row.get("commit") == commit}
+        rows = [row for row in rows if row.get("commit") == commit or (row.get("behaviour") and is_current(row))]
+        known = {(row["cell"], row["seed"]): row for row in rows}
         places = {cell: place for place, cell in enumerate(part.cells)}
         return [known[key] for key in sorted(known, key=lambda key: (places[key[0]], key[1]))]
 
     done = {(row["cell"], row["seed"]) for row in lines()}
     wanted = [(cell, seed) for cell in part.prepare(cells) for seed in range(first, first + cells[cell])]
-    jobs = [(part.job, cell, seed, quick, commit) for cell, seed in wanted if (cell, seed) not in done]
+    jobs = [(name, part.job, cell, seed, quick, commit) for cell, seed in wanted if (cell, seed) not in done]
     append_results(run_one, jobs, path, workers, describe)
     return lines()
 
@@ -143,10 +148,14 @@ def main(description, parts, folder, results):
             cells = part.work(seeds[0], options.quick)
         else:
             path = folder / f"{'quick_' if options.quick else ''}{name}.jsonl"
-            rows = measure(part, path, chosen, options.seeds, options.quick, options.workers, commit)
+            rows = measure(name, part, path, chosen, options.seeds, options.quick, options.workers, commit)
             seeds = sorted({row["seed"] for row in rows})
             cells = of_cells(rows, part.summary)
-        result = {"part": name, "made_by": {**provenance(seeds, {"part": name}), "commit": commit}, "cells": cells}
+            commits = dict(Counter(row["commit"] for row in rows))
+        made_by = {**provenance(seeds, {"part": name}), "commit": commit}
+        if not isinstance(part, Timed):
+            made_by["commits"] = commits
+        result = {"part": name, "made_by": made_by, "cells": cells}
         print_table(*part.table(cells))
         if not options.quick:
             merge(options.json, result, parts)

@@ -113,7 +113,10 @@ def commit_of(row: Row) -> str:
 
 def commits(rows: list[Row]) -> str:
     """Returns the commits of rows as a text, with the number of runs of each when there are several."""
-    counts = Counter(commit_of(row) for row in rows)
+    return _counted(Counter(commit_of(row) for row in rows))
+
+
+def _counted(counts: Counter[str]) -> str:
     if len(counts) == 1:
         return f"commit `{next(iter(counts))}`"
     return "commits " + listed([f"`{commit}` ({count} runs)" for commit, count in counts.most_common()])
@@ -151,10 +154,8 @@ def part(file: str, tables: dict[str, Callable], name: str) -> str:
         return "*Not measured yet.*"
     uses(found)
     made_by = found["made_by"]
-    return block(
-        table(*tables[name](found["cells"])),
-        f"*Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`.*",
-    )
+    counts = Counter({commit[:7]: runs for commit, runs in made_by.get("commits", {made_by["commit"]: 1}).items()})
+    return block(table(*tables[name](found["cells"])), f"*Seeds {ranges(made_by['seeds'])}, {_counted(counts)}.*")
 
 
 def of(count: int, total: int, noun: str = "") -> str:
