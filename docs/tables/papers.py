@@ -175,8 +175,11 @@ def _loss() -> str:
 def _hand() -> str:
     part = next(each for each in data("eyes_open") if each["part"] == "hand")
     uses(part)
-    cells = [f"{cell['first_attempt']} of {cell['runs']} {cell['cell']}" for cell in part["cells"]]
-    return f"lifted at the first attempt with a wrong calibration: {listed(cells)}"
+    cells = [
+        f"{cell['first_attempt']} of {cell['runs']} {cell['cell']}, {1e3 * cell['relative_m'][0]:.1f} mm off"
+        for cell in part["cells"]
+    ]
+    return f"lifted at the first attempt with a wrong calibration, and median error: {listed(cells)}"
 
 
 def _updates() -> str:
