@@ -5,8 +5,8 @@
 
 The launch gate is replaced by a drawn time, so that launches of every probability occur, and no descent is aborted
 because its probability is low. Measured vision, except in groups with cameras. Of each run the first descent counts: it
-is a success if the jaws hold the object and have lifted it. A seed draws path, speed, lag
-of vision, opening of the jaws and the time of the launch:
+is a success if the jaws hold the object and have lifted it. A seed draws path, speed, lag of vision, opening of the
+jaws and the time of the launch:
 
 - ``learned``: the blind descent of `train:learned` on closed tracks;
 - ``guided``: the guided descent of `train:guided`, on closed tracks and random walks, of a train or of a cube that does
