@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from shared.common import share
+from shared.common import FEWEST, share
 
 from drake_tracker.campaign.rates import wilson
 
@@ -37,12 +37,13 @@ def right(tenths):
 
 
 def calibration_table(rows):
-    """Returns (header, rows): per group the mean computed probability and the share lifted of each tenth."""
+    """Returns (header, rows): per group the mean computed probability and the share lifted of each tenth of at least
+    `FEWEST` launches."""
     header = ["scenario", "launches", *(f"tenth {k}" for k in range(1, TENTHS + 1)), "within 5 points"]
     found = []
     for group, name in GROUP_NAMES.items():
         of_group = [row for row in rows if row["group"] == group]
-        if not of_group:
+        if len(pairs_of(of_group)) < TENTHS * FEWEST:
             continue
         tenths = tenths_of(of_group)
         cells = [f"{100 * mean:.0f} / {100 * lifted / count:.0f}" for count, mean, lifted in tenths]
