@@ -96,7 +96,7 @@ def headline() -> str:
             "identical in every run",
         ],
         ["Autopsy names the injected fault of a failed run (`train:learned`)", *_rate(named, failed)],
-        ["Success as `predict-success` says, 12 unseen cells", f"{right} of {cells} within {limit:.0f} points", ""],
+        ["`predict-success` on 12 unseen cells", f"{right} of {cells} within {limit:.0f} points", ""],
     ]
     return table(["measurement", "result", "95 % interval"], rows)
 
