@@ -19,10 +19,10 @@ GROUP_NAMES = {
 
 
 def pairs_of(rows):
-    """Returns probability and outcome of each launch, shape (n, 2), ordered by probability."""
+    """Returns probability and outcome of each launch, shape (n, 2), ordered by probability, equal ones as measured."""
     found = [pair for row in rows for pair in row.get("descents", [])]
     found += [[row["probability"], row["lifted"]] for row in rows if row.get("probability") is not None]
-    return np.array(sorted(found), dtype=float)
+    return np.array(sorted(found, key=lambda pair: pair[0]), dtype=float)
 
 
 def tenths_of(rows):
