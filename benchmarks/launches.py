@@ -56,8 +56,8 @@ RENDERED = {
     "hill with cameras": "train:hill_guided",
 }
 """{group with cameras: its scenario}."""
-RUNS = {"learned": 3000, "guided": 3000, "conveyor": 300, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
-"""{group: its runs}; a run of the conveyor has about twelve descents."""
+RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
+"""{group: its runs}; a run of the conveyor has about thirteen descents."""
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {
     "learned": "train:learned",
@@ -210,7 +210,7 @@ def describe(row):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--group", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)} (default: all)")
-    parser.add_argument("--runs", type=int, help="runs of each group (default: 3,000, of the conveyor 300)")
+    parser.add_argument("--runs", type=int, help="runs of each group (default: 3,000, of the conveyor 240)")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")

@@ -148,8 +148,8 @@ class PickConfig:
     """Time in which the operator's stop brings the hand to rest [s]; chosen."""
     manual_speed: ClassVar[float] = 0.15
     """Largest speed of the hand under the operator's control [m/s]; chosen."""
-    launch_probability: float = setting(0.9, "probability of success from which on the hand descends", "", (0.0, 1.0))
-    abort_probability: ClassVar[float] = 0.1
+    launch_probability: float = setting(0.915, "probability of success from which on the hand descends", "", (0.0, 1.0))
+    abort_probability: ClassVar[float] = 0.75
     """Probability of success below which the hand goes up again; chosen."""
 
 

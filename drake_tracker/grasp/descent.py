@@ -43,9 +43,10 @@ TRUST = 2.0
 PRIOR_SURPRISES = 0.3
 """Surprises that an object is expected to have caused before it was seen. With 0.3, ovals and stadiums are grasped as
 early as with 0; with 0.5, 0.3 s or a lap later. Chosen on seeds 71000 to 71004, which no result uses."""
-CALIBRATION = {"guided": (1.44, 0.88), "blind": (0.77, 0.5)}
-"""{descent: intercept and slope of `calibrated`}, fitted to 988 launches of `train:guided` and 989 of `train:learned`
-(`benchmarks/launches.py --first-seed 82000`), with standard deviations of 0.14 and 0.08, and 0.12 and 0.05."""
+CALIBRATION = {"guided": (1.44, 0.88), "blind": (0.77, 0.5), "belt": (1.74, 0.29)}
+"""{descent: intercept and slope of `calibrated`}, fitted to 988 launches of `train:guided`, 989 of `train:learned` and
+763 of `conveyor:measured` (`benchmarks/launches.py` with seeds from 82000 on, on the belt 82200 to 82259). Their
+standard deviations are 0.14 and 0.08, 0.12 and 0.05, and 0.35 and 0.06."""
 SHORTEST = 0.01
 """Distance [m] from which on the direction of travel follows from the path; an object that stands keeps its own."""
 
@@ -218,7 +219,7 @@ def calibrated(computed: float, descent: str) -> float:
 
     Args:
         computed: probability that `likelihood` returns.
-        descent: "guided" or "blind".
+        descent: "guided", "blind" or "belt".
     """
     if not 0.0 < computed < 1.0:
         return computed

@@ -26,7 +26,7 @@ from drake_tracker.grasp.conveyor.pick_schema import (
     PickPhase,
     PickState,
 )
-from drake_tracker.grasp.descent import BESIDE, RESPONSE, behind, miss
+from drake_tracker.grasp.descent import BESIDE, RESPONSE, behind, calibrated, miss
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening
 from drake_tracker.grasp.motor_schema import since
@@ -37,6 +37,8 @@ ALONG_JAWS = 0.014
 ROUNDED = 0.004
 """Error beyond the room between part and jaws up to which the pads, whose radius is 6 mm, still push a part on a belt
 between them [m]; chosen on 570 descents to boxes and discs, `benchmarks/launches.py` with seeds 82100 to 82169."""
+SUREST = 0.9999
+"""Largest probability that a normal error may give: of what lies beyond, the belt's changes of speed decide."""
 TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
@@ -240,7 +242,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the probability that the pads come down beside the part, or push it between them.
 
         The prediction has the same normal error across and along the jaws. Vision is followed until shortly before the
-        touch. The error is therefore the error of a prediction over its age and `RESPONSE`.
+        touch. The error is therefore the error of a prediction over its age and `RESPONSE`. The result is `calibrated`.
         """
         order = PickOrder(state.order)
         if not (order.valid and self._about_order(state, seen)):
@@ -249,7 +251,8 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         offset = miss(seen.packet, seen.target, self._remaining(state, seen), beside)
         std = evaluate_prediction(seen.packet, seen.target.time + RESPONSE)[4]
         room = 0.5 * (self.config.jaw_opening - order.width) + ROUNDED
-        return _within(room, offset.across, std) * _within(ALONG_JAWS, offset.along, std)
+        computed = _within(room, offset.across, std) * _within(ALONG_JAWS, offset.along, std)
+        return calibrated(min(computed, SUREST), "belt")
 
     def _gate(self, state: PickState, seen: PickObservation) -> Gate:
         if state.phase != PickPhase.TRACK:
