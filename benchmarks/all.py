@@ -6,8 +6,9 @@
 
 A result is stale if it rests on another behaviour of a packaged scenario than today's (`behaviour.py`). A benchmark
 resumes: it measures only what is missing. The stale lines of a JSONL file are therefore moved to ``runs/stale`` before
-its commands. At the end of the time the command is interrupted, and every finished run is kept. The next call goes on.
-Costs are the times that the runs took, on one core; a result without times counts as an hour. Results outside of
+its commands. At the end of the time the command is interrupted, and every finished run is kept. The next call goes on
+with the runs that are missing. Costs are the times that the runs took, on one core; a result without times counts as an
+hour. Results outside of
 `COMMANDS` are listed only: speeds need a quiet machine, and some commands need files, installations or hours of their
 own.
 """
@@ -15,12 +16,14 @@ own.
 import argparse
 import gzip
 import json
+import runpy
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+from shared import common
 from shared.behaviour_rows import is_current, other_behaviours, results_of, sidecar
 from shared.common import print_table
 from shared.stored import RESULTS, compressed, read_lines, result_files
@@ -51,7 +54,11 @@ COMMANDS = {
     ),
     "footage.json": ("footage.py",),
     "faults.jsonl": ("faults.py", "faults.py --rendered --seeds 5"),
-    "rivals.jsonl": ("rivals.py --seeds 20", "rivals.py --seeds 20 --lags 6 --rendered"),
+    "rivals.jsonl": (
+        "rivals.py --seeds 20 --lags 6",
+        "rivals.py --seeds 20 --lags 15,3 --family dgbench,domino,dom,columbia",
+        "rivals.py --seeds 20 --lags 6 --family dgbench,domino,dom,columbia --rendered",
+    ),
     "latency_curve.jsonl": ("latency_curve.py", "latency_curve.py --task ball"),
     "launches.jsonl": ("launches.py",),
     "success_law.jsonl": ("success_law.py",),
@@ -74,11 +81,27 @@ UNKNOWN_COST = 3600.0
 """Cost of a result that does not say how long it took [s]."""
 
 
-def cost(results):
-    """Returns how long results took on one core [s]."""
+def cost(results, runs):
+    """Returns how long a number of runs take on one core [s], if they are like those of the results."""
     makers = [result.get("made_by", result) for result in results]
     known = [maker["wall_s"] for maker in makers if isinstance(maker.get("wall_s"), (int, float))]
-    return sum(known) * len(makers) / len(known) if known else UNKNOWN_COST
+    return sum(known) * runs / len(known) if known else UNKNOWN_COST
+
+
+def missing(path):
+    """Returns how many runs the commands of a JSONL file have not made yet."""
+    count, arguments = 0, sys.argv
+    common.COUNTING = True
+    try:
+        for command in COMMANDS.get(path.name, ()) if path.suffix == ".jsonl" else ():
+            sys.argv = command.split()
+            try:
+                runpy.run_path(str(HERE / sys.argv[0]), run_name="__main__")
+            except common.Counted as counted:
+                count += counted.args[0]
+    finally:
+        common.COUNTING, sys.argv = False, arguments
+    return count
 
 
 def commands_of(path, results):
@@ -90,26 +113,27 @@ def commands_of(path, results):
 
 
 def overview():
-    """Returns (path, results, stale results) of every result file, the most important first."""
+    """Returns (path, results, stale results, number of missing runs) of every file, the most important first."""
     order = {name: place for place, name in enumerate(COMMANDS)}
     paths = sorted(result_files(), key=lambda path: (order.get(path.name, len(order)), path.name))
     found = []
     for path in paths:
         results = results_of(path)
-        found.append((path, results, [result for result in results if not is_current(result)]))
+        found.append((path, results, [result for result in results if not is_current(result)], missing(path)))
     return found
 
 
 def list_all():
-    """Prints all results; returns 1 if one is stale."""
+    """Prints all results; returns 1 if one is stale or misses runs."""
     rows, found = [], overview()
-    for path, results, stale in found:
+    for path, results, stale, absent in found:
         scenarios = sorted({name for result in stale for name in other_behaviours(result)})
-        state = f"{len(stale)} of {len(results)} stale: {', '.join(scenarios)}" if stale else "current"
-        minutes = max(1, round(cost(stale or results) / 60))
-        rows.append([path.name, state, f"{minutes} min", commands_of(path, results)])
+        state = [f"{len(stale)} of {len(results)} stale: {', '.join(scenarios)}"] * bool(stale)
+        state += [f"{absent} runs missing"] * bool(absent)
+        minutes = max(1, round(cost(results, len(stale) + absent or len(results)) / 60))
+        rows.append([path.name, "; ".join(state) or "current", f"{minutes} min", commands_of(path, results)])
     print_table(["result", "state", "cost on one core", "commands"], rows)
-    return int(any(stale for _, _, stale in found))
+    return int(any(stale or absent for _, _, stale, absent in found))
 
 
 def move_stale(path, away):
@@ -151,8 +175,8 @@ def run(command, seconds):
 def measure(only, hours):
     """Measures stale results again until the time is over; returns 1 if something is left."""
     end = time.monotonic() + 3600.0 * hours
-    for path, _, stale in overview():
-        if path.name not in COMMANDS or (path.name not in only if only else not stale):
+    for path, _, stale, absent in overview():
+        if path.name not in COMMANDS or (path.name not in only if only else not (stale or absent)):
             continue
         if path.suffix == ".jsonl":
             move_stale(path, STALE)

@@ -1,6 +1,6 @@
 """Measures how often the ball is caught, with rendered images in the loop.
 
-    python benchmarks/ball.py                    100 releases with each arm, 20 of the other cells, on all cores
+    python benchmarks/ball.py                    61 releases with each arm, 20 of the other cells, on all cores
     python benchmarks/ball.py --cells puma --seeds 10
 
 Each run becomes a line of ``results/ball.jsonl`` as soon as it ends and is not repeated. The seed draws the start, the
@@ -25,8 +25,8 @@ from drake_tracker.tasks import load_scenario
 RESULTS = common.RESULTS / "ball.jsonl"
 FIRST_SEED = 1000
 CELLS = {  # name: scenario, overrides, releases
-    "puma": ("ball", [], 100),
-    "seven_joint": ("ball:seven_joint", [], 100),
+    "puma": ("ball", [], 61),
+    "seven_joint": ("ball:seven_joint", [], 61),
     "stays in the middle": ("ball", ["catch.follow=false"], 20),
     "every image": ("ball:every_image", [], 20),
 }
@@ -106,7 +106,7 @@ def print_results(rows, cells):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", default=",".join(CELLS), help="names separated by commas (default: all)")
-    parser.add_argument("--seeds", type=int, help="releases per cell (default: 100 with each arm, 20 of the others)")
+    parser.add_argument("--seeds", type=int, help="releases per cell (default: 61 with each arm, 20 of the others)")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--set", action="append", default=[], dest="overrides", help="KEY=VALUE for every run")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")

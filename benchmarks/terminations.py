@@ -28,8 +28,7 @@ from pathlib import Path
 
 import av
 import cv2
-from shared import common
-from shared.stored import record
+from shared import common, stored
 
 from drake_tracker.campaign.directory import Record, read_lines
 from drake_tracker.core.errors import DrakeTrackerError
@@ -212,11 +211,12 @@ def main():
         (number, options.seed, names[number % len(names)], ENDINGS[(number + number // len(names)) % len(ENDINGS)])
         for number in range(options.count)
     ]
+    done = {(row["number"], row["seed"]) for row in stored.read_lines(options.results)}
+    missing = [job for job in jobs if job[:2] not in done]
+    common.about_to_run(missing)
     options.results.parent.mkdir(parents=True, exist_ok=True)
     os.environ |= {"LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    with record(options.results) as opened, tempfile.TemporaryDirectory() as scratch:
-        done = {(row["number"], row["seed"]) for row in opened.rows}
-        missing = [job for job in jobs if job[:2] not in done]
+    with stored.record(options.results) as opened, tempfile.TemporaryDirectory() as scratch:
         references = {}
         for name in dict.fromkeys(("run", *(job[2] for job in missing))):
             folder = Path(scratch, name)

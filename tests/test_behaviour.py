@@ -140,9 +140,22 @@ def test_every_listed_result_exists_and_its_commands_are_scripts():
     for command in itertools.chain(*all_results.COMMANDS.values()):
         assert (all_results.HERE / command.split()[0]).is_file(), command
     overview = all_results.overview()
-    assert {path.name for path, _, _ in overview} == names
+    assert {path.name for path, *_ in overview} == names
     assert overview[0][0].name == "train_grasp.jsonl"
-    assert all(all_results.cost(results) > 0.0 for _, results, _ in overview)
+    assert all(all_results.cost(results, len(results)) > 0.0 for _, results, *_ in overview)
+    absent = {path.name: count for path, _, _, count in overview}
+    assert absent["ball.jsonl"] == absent["rivals.jsonl"] == 0, "published with all runs of their commands"
+
+
+def test_runs_that_a_command_has_not_made_are_missing(monkeypatch, tmp_path):
+    path = tmp_path / "ball.jsonl"
+    command = f"ball.py --cells puma,seven_joint --first-seed 7 --seeds 3 --results {path}"
+    monkeypatch.setattr(all_results, "COMMANDS", {"ball.jsonl": (command,), "other.json": ("fuzz.py",)})
+    assert all_results.missing(path) == 6
+    path.write_text(json.dumps({"cell": "puma", "seed": 8}) + "\n")
+    assert all_results.missing(path) == 5
+    assert all_results.missing(tmp_path / "other.json") == all_results.missing(tmp_path / "unlisted.jsonl") == 0
+    assert len(read_lines(path)) == 1, "nothing was run"
 
 
 def test_only_stale_lines_are_moved_away(tmp_path):

@@ -20,6 +20,8 @@ from drake_tracker.tasks.results import git_commit, package_versions
 
 FEWEST = 20
 """Number of runs from which on a count is published as a rate."""
+COUNTING = False
+"""Whether the command is only asked how many runs it would make."""
 _STARTED = time.monotonic()
 
 
@@ -100,6 +102,16 @@ def save_json(results, path, seeds):
     Path(path).write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
 
 
+class Counted(Exception):
+    """Answer of a command that is only asked how many runs it would make: the number."""
+
+
+def about_to_run(jobs):
+    """Is called before the runs of a command; raises `Counted` if it is only asked for their number."""
+    if COUNTING:
+        raise Counted(len(jobs))
+
+
 def append_results(work, jobs, path, workers, describe):
     """Runs ``work(job)`` for all jobs and appends each result to a file as soon as it is there.
 
@@ -114,6 +126,7 @@ def append_results(work, jobs, path, workers, describe):
         workers: the number of processes.
         describe: a function of a result that returns the text of the progress line.
     """
+    about_to_run(jobs)
     start = time.monotonic()
     with record(path) as opened:
         for count, (job, result) in enumerate(pool(workers)(work, jobs), 1):
