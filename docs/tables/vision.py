@@ -3,76 +3,34 @@
 
 import numpy as np
 import yaml
-from measured_vision import PLAIN, cells_table, compare, key_of
-from shared.common import RESULTS, interval
+from measured_vision import key_of, pairs_of, vision_table
+from shared.common import RESULTS
 from singh_flow import NORMAL_HULL, methods_table
 
-from tables.results import Row, block, commit_of, data, lines, origin, ranges, seeds_between, table, where
+from tables.results import Row, block, commit_of, data, lines, origin, ranges, table
 
 _FIT = RESULTS.parents[1] / "drake_tracker" / "tasks" / "train" / "train_vision.yaml"
 _FIT_COMMIT = "b098b85"
 """The commit that stored the fit (git log --follow)."""
 _SHOWN_SPEEDS = (0.10, 0.15, 0.20, 0.60)
 _BEND_RADIUS = 0.12
-_KINDS = ("cameras", "measured")
-_ORDER = ("closed_path", "coordinated_turn", "arc_length", "alpha_beta_gamma")
-
-
-def compared(first: int = 0, last: int = 1000) -> list[Row]:
-    """Returns what the benchmark's `compare` says about the seeds from ``first`` to ``last``."""
-    chosen = seeds_between(first, last)
-    cameras = [row for row in where(lines("train_grasp"), seed=chosen) if row["cell"] in PLAIN]
-    found = compare(cameras, where(lines("measured_vision"), seed=chosen))
-    return sorted(found, key=lambda entry: _ORDER.index(entry["estimator"]))
 
 
 def measured_vision() -> str:
-    rates, medians = [], []
-    for first, last in ((500, 523), (200, 219)):
-        for entry in where(compared(first, last), cell="all"):
-            own = where(lines("measured_vision"), estimator=entry["estimator"], seed=seeds_between(first, last))
-            seeds = ranges(row["seed"] for row in own)
-            runs, counts = entry["runs"], [entry[f"{name}_success_count"] for name in _KINDS]
-            lifted = [f"{count} ({interval(count, runs)})" for count in counts]
-            rates.append([entry["estimator"], seeds, runs, *lifted, f"{entry['difference_points']:+.0f}"])
-            errors = [
-                f"{1e3 * entry[f'{name}_{what}']:.2f} mm"
-                for what in ("triangulation_jitter_m", "prediction_rms_m")
-                for name in _KINDS
-            ]
-            medians.append([entry["estimator"], seeds, *errors])
-    header = ["estimator", "seeds", "runs", "lifted with cameras", "with measured vision", "difference [points]"]
-    more = ["estimator", "seeds", "jitter of a point, cameras", "measured vision"]
-    return block(
-        table(header, rates),
-        origin(lines("measured_vision"), "Wilson 95 % intervals in brackets."),
-        "Medians over the runs of the jitter of a triangulated point and of the rms prediction error:",
-        table([*more, "prediction error, cameras", "measured vision"], medians),
-    )
-
-
-def measured_vision_cells() -> str:
-    found = [entry for entry in compared() if entry["cell"] != "all"]
-    mixed = [entry for entry in found if any(entry[f"{name}_success_count"] < entry["runs"] for name in _KINDS)]
-    text = (
-        f"In {len(found) - len(mixed)} of {len(found)} cells, all trains were lifted with both kinds of vision. The "
-        "others (Wilson 95 % intervals in brackets):"
-    )
-    header, rows = cells_table(mixed)
-    return block(text, table(header[:6], [row[:6] for row in rows]))
+    rows = lines("measured_vision")
+    return block(table(*vision_table(pairs_of(lines("train_grasp"), rows))), origin(rows))
 
 
 def measured_vision_failures() -> str:
-    cameras = {key_of(row): row for row in lines("train_grasp")}
     rows = []
-    for row in lines("measured_vision"):
-        with_cameras = cameras[key_of(row)]
-        if bool(row["success"]) != bool(with_cameras["success"]):
-            failed = with_cameras if row["success"] else row
-            kind = "cameras" if row["success"] else "measured vision"
-            commit = f"`{commit_of(failed)}`"
-            rows.append([row["estimator"], row["cell"], row["seed"], kind, commit, failed["failure_reason"]])
-    return table(["estimator", "cell", "seed", "failed with", "commit", "reason"], rows)
+    for cameras, measured in pairs_of(lines("train_grasp"), lines("measured_vision")):
+        if bool(measured["success"]) != bool(cameras["success"]):
+            kind, failed = ("cameras", cameras) if measured["success"] else ("measured vision", measured)
+            scenario, cell, seed = key_of(failed)
+            rows.append([f"`{scenario}`", cell, seed, kind, f"`{commit_of(failed)}`", failed["failure_reason"]])
+    if not rows:
+        return "Each train was lifted with both kinds of vision, or with neither."
+    return table(["scenario", "cell", "seed", "failed with", "commit", "reason"], rows)
 
 
 def camera_bias() -> str:
