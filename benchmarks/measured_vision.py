@@ -106,13 +106,7 @@ def main():
     done = {key_of(row) for row in read_lines(options.results)}
     wanted = [key_of(row) for row in of_ladder(cameras) if key_of(row) not in done]
     jobs = [make_job(scenario, RUNGS[scenario], cell, seed, [MEASURED]) for scenario, cell, seed in wanted]
-    append_results(
-        run_one,
-        jobs,
-        options.results,
-        options.workers,
-        lambda row: f"{' '.join(map(str, key_of(row)))}: {outcome(row)}",
-    )
+    append_results(run_one, jobs, options.results, options.workers, describe)
     print_table(*vision_table(pairs_of(cameras, read_lines(options.results))))
     if options.turns:
         times, results, lines = race(options.turns), {}, []
