@@ -7,7 +7,7 @@ from measured_vision import key_of, pairs_of, vision_table
 from shared.common import RESULTS
 from singh_flow import NORMAL_HULL, methods_table
 
-from tables.results import Row, block, commit_of, data, lines, origin, ranges, table
+from tables.results import Row, block, commit_of, data, lines, origin, ranges, table, uses
 
 _FIT = RESULTS.parents[1] / "drake_tracker" / "tasks" / "train" / "train_vision.yaml"
 _FIT_COMMIT = "b098b85"
@@ -17,20 +17,20 @@ _BEND_RADIUS = 0.12
 
 
 def measured_vision() -> str:
-    rows = lines("measured_vision")
-    return block(table(*vision_table(pairs_of(lines("train_grasp"), rows))), origin(rows))
-
-
-def measured_vision_failures() -> str:
+    pairs = pairs_of(lines("train_grasp"), lines("measured_vision"))
+    uses(*(cameras for cameras, _ in pairs))
     rows = []
-    for cameras, measured in pairs_of(lines("train_grasp"), lines("measured_vision")):
+    for cameras, measured in pairs:
         if bool(measured["success"]) != bool(cameras["success"]):
             kind, failed = ("cameras", cameras) if measured["success"] else ("measured vision", measured)
             scenario, cell, seed = key_of(failed)
             rows.append([f"`{scenario}`", cell, seed, kind, f"`{commit_of(failed)}`", failed["failure_reason"]])
-    if not rows:
-        return "Each train was lifted with both kinds of vision, or with neither."
-    return table(["scenario", "cell", "seed", "failed with", "commit", "reason"], rows)
+    return block(
+        table(*vision_table(pairs)),
+        origin([measured for _, measured in pairs]),
+        "Runs that only one kind of vision lifted:",
+        table(["scenario", "cell", "seed", "failed with", "commit", "reason"], rows),
+    )
 
 
 def camera_bias() -> str:
