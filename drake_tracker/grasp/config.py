@@ -69,12 +69,12 @@ class GraspConfig:
         choices=("probability", "auto", "memory", "recent"),
     )
     launch_probability: float = setting(
-        0.967,
+        0.964,
         "with gate probability: probability of success from which on the hand descends; from 0.7 if it will not rise",
         "",
         (0.0, 1.0),
     )
-    abort_probability: ClassVar[float] = 0.38
+    abort_probability: ClassVar[float] = 0.417
     """In a guided descent: probability of success below which the hand goes up again; chosen."""
     memory_radius: ClassVar[float] = 0.03
     """Distance below which an earlier place counts as the same [m]; chosen."""
@@ -148,8 +148,8 @@ class PickConfig:
     """Time in which the operator's stop brings the hand to rest [s]; chosen."""
     manual_speed: ClassVar[float] = 0.15
     """Largest speed of the hand under the operator's control [m/s]; chosen."""
-    launch_probability: float = setting(0.915, "probability of success from which on the hand descends", "", (0.0, 1.0))
-    abort_probability: ClassVar[float] = 0.75
+    launch_probability: float = setting(0.893, "probability of success from which on the hand descends", "", (0.0, 1.0))
+    abort_probability: ClassVar[float] = 0.727
     """Probability of success below which the hand goes up again; chosen."""
 
 

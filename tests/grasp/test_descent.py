@@ -189,12 +189,12 @@ def test_the_gate_needs_judged_predictions_and_a_likely_success():
         assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), computed) == verdict
 
 
-@pytest.mark.parametrize("descent", ["blind", "guided"])
-def test_the_logit_of_the_calibrated_probability_is_linear_in_that_of_the_computed_one(descent):
+@pytest.mark.parametrize("descent", CALIBRATION)
+def test_the_calibrated_probability_rises_with_the_computed_one_by_its_three_constants(descent):
     computed = np.linspace(0.02, 0.98, 40)
     found = np.array([calibrated(each, descent) for each in computed])
-    intercept, slope = CALIBRATION[descent]
-    assert logit(found) == pytest.approx(intercept + slope * logit(computed))
+    a, b, c = CALIBRATION[descent]
+    assert logit(found) == pytest.approx(a + b * np.log(computed) - c * np.log(1.0 - computed))
     assert (np.diff(found) > 0.0).all()
     assert [calibrated(end, descent) for end in (0.0, 1.0)] == [0.0, 1.0]
 

@@ -227,13 +227,13 @@ def test_rounded_pads_push_a_part_between_jaws_that_are_hardly_wider(arm_model):
     bench.tick(std=0.003)
     across, along = 2.0 * ndtr(np.array([0.0002 + ROUNDED, ALONG_JAWS]) / 0.003) - 1.0
     assert bench.state.p_success == pytest.approx(calibrated(across * along, "belt"), abs=1e-3)
-    assert bench.state.p_success > 0.89, "seen in 98 % of such descents"
+    assert bench.state.p_success > 0.87, "seen in 98 % of such descents"
 
 
 def test_no_descent_to_a_belt_is_certain(bench):
     bench.until(PickPhase.TRACK)
     bench.tick(std=1e-6)
-    assert bench.state.p_success == pytest.approx(0.988, abs=1e-3), "98 % of such descents lift their part"
+    assert bench.state.p_success == pytest.approx(0.981, abs=1e-3), "98 % of such descents lift their part"
 
 
 def test_a_missed_part_makes_it_retreat_and_counts_as_failed(bench):
