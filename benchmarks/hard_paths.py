@@ -28,25 +28,22 @@ from pathlib import Path
 
 import numpy as np
 from crossing_tracks import walk
-from result_tables.hard_path_tables import describe, hard_paths_table, launches_table
+from result_tables.hard_path_tables import describe, hard_paths_table
 from shared import common
 from shared.common import append_results, print_table
 from shared.stored import read_lines
 
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import MachineError
-from drake_tracker.core.log import load_log
-from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.world.train.tracks import make_track
 
 FIRST_SEED, FIRST_BEND, FIRST_HILL = 73000, 73100, 73300
 RESULTS = common.RESULTS / "hard_paths.jsonl"
 KEPT = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s")
-KEPT = (*KEPT, "launch_probabilities", "thrown_off", "package_versions", "git_commit")
+KEPT = (*KEPT, "package_versions", "git_commit")
 LAGS = (6, 15)
 """Lags of vision on walks [cycles of 1/60 s]."""
 WALKERS = {"cube": (0.1, 0.125, 0.15, 0.175, 0.2), "train": (0.1,)}
@@ -220,24 +217,12 @@ def run_one(job):
 
 
 def summary_of(name, seed, overrides, folder, latest, allow_code=False):
-    """Runs a trial in a folder. Returns its summary with its attempts; what is gripped later than ``latest`` [s] is no
-    success.
-    """
+    """Runs a trial in a folder. Returns its summary; what is gripped later than ``latest`` [s] is no success."""
     scenario = load_scenario(name, seed=seed, overrides=overrides, allow_code=allow_code)
     summary = simulate(scenario, f"{folder}/run", RunOptions(record=False, stop_when_over=True))
-    summary |= attempts_of(load_log(f"{folder}/run/log.npz"), scenario)
     if summary["success"] and summary["time_to_grasp_s"] > latest:
         summary |= {"success": False, "first_attempt_success": False, "failure_reason": "gripped after the walk"}
     return summary
-
-
-def attempts_of(log, scenario):
-    """Returns the computed probability of success at each launch, and whether the object was thrown off its track."""
-    descents = [span.start for span in phase_spans(log, scenario.time_step) if span.phase == Phase.INTERCEPT]
-    diagnosis = log["diagnosis"]
-    rows = np.searchsorted(diagnosis.times, np.array(descents) - 1e-6)
-    chances = [round(float(chance), 4) for chance in diagnosis["p_success"][rows]]
-    return {"launch_probabilities": chances, "thrown_off": bool(log["truth_verdict"]["derailed"][-1])}
 
 
 def key_of(row):
@@ -262,7 +247,6 @@ def main():
     append_results(run_one, jobs, options.results, options.workers, describe)
     rows = read_lines(options.results)
     print_table(*hard_paths_table(rows))
-    print_table(*launches_table(rows))
 
 
 if __name__ == "__main__":

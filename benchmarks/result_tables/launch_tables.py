@@ -16,6 +16,8 @@ GROUP_NAMES = {
     "guided": "`train:guided`",
     "conveyor": "`conveyor:measured`",
 }
+PATHS = {"closed tracks": ("circle", "oval", "stadium"), "random walks": ("random_walk",)}
+"""{what is said of them: kinds of track}."""
 
 
 def pairs_of(rows):
@@ -41,13 +43,16 @@ def calibration_table(rows):
     `FEWEST` launches."""
     header = ["scenario", "launches", *(f"tenth {k}" for k in range(1, TENTHS + 1)), "within 5 points"]
     found = []
-    for group, name in GROUP_NAMES.items():
-        of_group = [row for row in rows if row["group"] == group]
+    cells = [(name, [row for row in rows if row["group"] == group]) for group, name in GROUP_NAMES.items()]
+    for path, kinds in PATHS.items():
+        guided = [row for row in rows if row["group"] == "guided" and row.get("shape") in kinds]
+        cells.append((f"`train:guided`, of these {path}", guided))
+    for name, of_group in cells:
         if len(pairs_of(of_group)) < TENTHS * FEWEST:
             continue
         tenths = tenths_of(of_group)
-        cells = [f"{100 * mean:.0f} / {100 * lifted / count:.0f}" for count, mean, lifted in tenths]
-        found.append([name, sum(count for count, *_ in tenths), *cells, f"{right(tenths)} of {TENTHS}"])
+        texts = [f"{100 * mean:.0f} / {100 * lifted / count:.0f}" for count, mean, lifted in tenths]
+        found.append([name, sum(count for count, *_ in tenths), *texts, f"{right(tenths)} of {TENTHS}"])
     return header, found
 
 
@@ -71,7 +76,7 @@ def threshold_table(rows):
     """Returns (header, rows): first attempts and times of the launches, over `grasp.launch_probability`."""
     header = ["path", "`launch_probability`", "runs", "lifted at the first attempt", "Wilson 95 %", "median launch"]
     found = []
-    for path, shapes in {"closed": ("circle", "oval", "stadium"), "random walk": ("random_walk",)}.items():
+    for path, shapes in PATHS.items():
         for group in sorted({row["group"] for row in rows if row["group"].startswith("from ")}):
             runs = [row for row in rows if row["group"] == group and row.get("shape") in shapes]
             times = sorted(math.inf if row["launch_s"] is None else row["launch_s"] for row in runs)

@@ -1,6 +1,6 @@
 """Lifted trains, with rendered images in the loop (`results/train_grasp.jsonl`)."""
 
-from result_tables.hard_path_tables import hard_paths_table, launches_table
+from result_tables.hard_path_tables import hard_paths_table
 from train_grasp import (
     CELLS,
     ESTIMATORS,
@@ -29,11 +29,6 @@ def hard_paths() -> str:
     return block(
         table(*hard_paths_table(rows)), origin(rows, "Development used these tracks, with other seeds."), crossing
     )
-
-
-def hard_launches() -> str:
-    rows = [row for row in lines("hard_paths") if "launch_probabilities" in row]
-    return block(table(*launches_table(rows)), origin(rows))
 
 
 def train_rungs() -> str:

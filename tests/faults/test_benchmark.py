@@ -3,7 +3,6 @@
 import pytest
 from result_tables import fault_tables
 from result_tables.fault_tables import FAULTS, faults_table, is_good
-from result_tables.hard_path_tables import launches_table
 
 from drake_tracker import load_scenario
 from drake_tracker.faults.kinds import FAULTS as KINDS
@@ -76,16 +75,3 @@ def test_a_pair_is_judged_where_both_faults_could_show(changes, acted, named):
     run |= changes
     assert fault_tables.both_acted(run) is acted
     assert fault_tables.both_named(run) is named
-
-
-def test_launches_are_counted_by_their_computed_probability():
-    run = {"kind": "walks", "rendered": False, "scenario": "train:guided", "family": "cube, lag of 6", "speed": 0.1}
-    rows = [
-        run | {"success": True, "launch_probabilities": [0.5, 0.95], "thrown_off": False},
-        run | {"success": False, "launch_probabilities": [0.92], "thrown_off": True},
-        run | {"success": False, "launch_probabilities": [], "thrown_off": False},
-        run | {"success": True, "scenario": "train:learned", "launch_probabilities": [0.9], "thrown_off": False},
-    ]
-    ((name, *counts),) = launches_table(rows)[1]
-    assert name == "random walk of a cube, lag of 6 cycles"
-    assert counts == ["1 of 2", "0.94", "0 of 1", "0.50", "1 of 2"]

@@ -41,18 +41,22 @@ def test_every_part_has_a_table_of_its_lines(part):
 
 
 def test_launches_are_counted_in_tenths_of_their_probability():
-    rows = [{"group": "guided", "probability": (k + 0.5) / 400, "lifted": k >= 200 or k % 8 == 0} for k in range(400)]
-    rows.append({"group": "guided", "probability": None, "lifted": False})
+    rows = [
+        {"group": "guided", "shape": "oval", "probability": (k + 0.5) / 400, "lifted": k >= 200 or k % 8 == 0}
+        for k in range(400)
+    ]
+    rows.append({"group": "guided", "shape": "random_walk", "probability": None, "lifted": False})
     guided = tenths_of(rows)
     assert [count for count, *_ in guided] == [40] * 10
     assert [lifted for *_, lifted in guided] == [5] * 5 + [40] * 5
     assert guided[0][1] == pytest.approx(0.05) and right(guided) == 1, "the mean probability of the last is 0.95"
     descents = [{"group": "conveyor", "descents": [[0.9, True]] * 9 + [[0.9, False]] * 11}] * 9
     header, table = calibration_table(rows + descents)
-    assert [len(row) for row in table] == [len(header)], "a tenth of the descents from the belt has under 20"
+    assert [len(row) for row in table] == [len(header)] * 2, "a tenth of the descents from the belt has under 20"
+    assert [row[0] for row in table] == ["`train:guided`", "`train:guided`, of these closed tracks"]
     assert table[0][-1] == "1 of 10" and table[0][2] == "5 / 12"
     header, table = calibration_table(rows + 10 * descents)
-    assert [row[1] for row in table] == [400, 1800] and table[1][2] == "90 / 45"
+    assert [row[1] for row in table] == [400, 1800, 400] and table[1][2] == "90 / 45"
 
 
 CAMERA_LINES = [
