@@ -1,16 +1,15 @@
-"""Lists all results with their state and cost, and measures the most important stale ones again.
+"""Lists all results with their state and cost, and measures what is stale or missing, the most important first.
 
     python benchmarks/all.py --list         state, cost and command of every result, the most important first
-    python benchmarks/all.py --hours 3      runs the commands of stale results until the time is over
+    python benchmarks/all.py --hours 3      runs the commands of results that are stale or miss runs
     python benchmarks/all.py --only faults.jsonl,several.json --hours 1
 
 A result is stale if it rests on another behaviour of a packaged scenario than today's (`behaviour.py`). A benchmark
 resumes: it measures only what is missing. The stale lines of a JSONL file are therefore moved to ``runs/stale`` before
 its commands. At the end of the time the command is interrupted, and every finished run is kept. The next call goes on
-with the runs that are missing. Costs are the times that the runs took, on one core; a result without times counts as an
-hour. Results outside of
-`COMMANDS` are listed only: speeds need a quiet machine, and some commands need files, installations or hours of their
-own.
+with the runs that are missing. Costs are the times that such runs took, on one core; a result without times counts as
+an hour. Results outside of `COMMANDS` are listed only: speeds need a quiet machine, and some commands need files,
+installations or hours of their own.
 """
 
 import argparse
@@ -36,7 +35,6 @@ STALE = HERE.parent / "runs" / "stale"
 COMMANDS = {
     "train_grasp.jsonl": (
         "train_grasp.py --scenario ladder --seeds 20",
-        "train_grasp.py --cells paper",
         "train_grasp.py --scenario train:learned --first-seed 500",
         "train_grasp.py --scenario train:learned --cells cast-shadows-gated --first-seed 300",
         "train_grasp.py --estimator all --first-seed 500 --seeds 3",
@@ -173,7 +171,7 @@ def run(command, seconds):
 
 
 def measure(only, hours):
-    """Measures stale results again until the time is over; returns 1 if something is left."""
+    """Measures what is stale or missing until the time is over; returns 1 if something is left."""
     end = time.monotonic() + 3600.0 * hours
     for path, _, stale, absent in overview():
         if path.name not in COMMANDS or (path.name not in only if only else not (stale or absent)):

@@ -60,7 +60,7 @@ def vision_table(pairs):
         counts = [sum(bool(row["success"]) for row in kind) for kind in zip(*both)]
         shown = [text for count in counts for text in share(count, len(both))]
         errors = [
-            f"{1e3 * statistics.median(row[what] for row in kind if row[what] is not None):.2f} mm"
+            f"{1e3 * statistics.median(row[what] for row in kind if row.get(what) is not None):.2f} mm"
             for what in MEDIANS
             for kind in zip(*both)
         ]

@@ -38,7 +38,7 @@ ROUNDED = 0.004
 """Error beyond the room between part and jaws up to which the pads, whose radius is 6 mm, still push a part on a belt
 between them [m]; chosen on 570 descents to boxes and discs, `benchmarks/launches.py` with seeds 82100 to 82169."""
 SUREST = 0.9999
-"""Largest probability that a normal error may give: of what lies beyond, the belt's changes of speed decide."""
+"""Largest probability that a normal error may give; misses that are rarer come from the belt's changes of speed."""
 TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
