@@ -18,8 +18,8 @@ jaws and the time of the launch:
   errors, which the estimator's `systematic_std` knows, and all descents count. The jaws open little wider than the
   discs. There are no ells: jaws that narrow would come down 1 mm beside an ell's short leg.
 
-Seeds from 95000 on are for results, 82000 to 85999 for the choice of constants. Each run becomes a line of
-``results/launches.jsonl`` as soon as it ends.
+Seeds from 95000 on are for results, those of ``guided`` and of the thresholds from 101000 on; 82000 to 85999 for the
+choice of constants. Each run becomes a line of ``results/launches.jsonl`` as soon as it ends.
 """
 
 import argparse
@@ -47,7 +47,6 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.world.conveyor.conveyor_config import ArrivalsConfig
 
-FIRST_SEED = 95000
 THRESHOLDS = {"from 0.80": 0.8, "from 0.90": 0.9, "from 0.95": 0.95, "from 0.99": 0.99}
 """{group: its `grasp.launch_probability`}."""
 RENDERED = {
@@ -58,6 +57,7 @@ RENDERED = {
 """{group with cameras: its scenario}."""
 RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
 """{group: its runs}; a run of the conveyor has about thirteen descents."""
+FIRST_SEEDS = {**dict.fromkeys(RUNS, 95000), **dict.fromkeys(("guided", *THRESHOLDS), 101000)}
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {
     "learned": "train:learned",
@@ -211,14 +211,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--group", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)} (default: all)")
     parser.add_argument("--runs", type=int, help="runs of each group (default: 3,000, of the conveyor 240)")
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--first-seed", type=int, help="of each group (default: 95000 or 101000)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
     done = {(row["group"], row["seed"]) for row in read_lines(options.results)}
     counts = {group: options.runs or RUNS[group] for group in options.group.split(",")}
     numbers = range(max(counts.values()))
-    jobs = [(group, options.first_seed + k) for k in numbers for group, count in counts.items() if k < count]
+    first = {group: options.first_seed or seed for group, seed in FIRST_SEEDS.items()}
+    jobs = [(group, first[group] + k) for k in numbers for group, count in counts.items() if k < count]
     append_results(run_one, [job for job in jobs if job not in done], options.results, options.workers, describe)
 
 

@@ -43,8 +43,8 @@ TRUST = 2.0
 PRIOR_SURPRISES = 0.3
 """Surprises that an object is expected to have caused before it was seen. With 0.3, ovals and stadiums are grasped as
 early as with 0; with 0.5, 0.3 s or a lap later. Chosen on seeds 71000 to 71004, which no result uses."""
-CALIBRATION = {"guided": (0.91, 0.59, 1.06), "blind": (0.23, 0.2, 0.67), "belt": (1.55, 0.26, 0.26)}
-"""{descent: constants of `calibrated`}, fitted to 3,922 launches of `train:guided`, 1,400 of `train:learned` and
+CALIBRATION = {"guided": (1.71, 1.01, 0.48), "blind": (0.23, 0.2, 0.67), "belt": (1.55, 0.26, 0.26)}
+"""{descent: constants of `calibrated`}, fitted to 1,481 launches of `train:guided`, 1,400 of `train:learned` and
 2,231 of `conveyor:measured` (`benchmarks/launches.py`, seeds 82000 to 85999). The second constant of "blind" is chosen:
 with 0, the best one by 1.3 nats, no descent would be hopeless."""
 SHORTEST = 0.01
@@ -184,10 +184,22 @@ def time_to_touch(config: GraspConfig) -> float:
     return config.descent_duration - config.closing_lead + touch_delay(config)
 
 
+class Likelihood(NamedTuple):
+    """Probabilities that a grasp succeeds, before they are `calibrated`; 0 without a target.
+
+    Attributes:
+        now: of a grasp at this moment.
+        cautious: the same, lowered in a guided descent by what has surprised on the path, which a later lap knows.
+    """
+
+    now: float = 0.0
+    cautious: float = 0.0
+
+
 def likelihood(
     config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any, remaining: float, height: float
-) -> float:
-    """Returns the probability that a grasp succeeds, before it is `calibrated`; 0 without a target.
+) -> Likelihood:
+    """Returns how likely a grasp is to succeed.
 
     Args:
         config: durations, opening of the jaws, width of the object.
@@ -198,17 +210,17 @@ def likelihood(
         height: height of the tool above the object [m].
     """
     if not target.valid:
-        return 0.0
+        return Likelihood()
     offset = miss(packet, target, remaining, height <= BESIDE)
     judged, ahead = lately_judged(config, memory, target), horizon(config, target)
-    probability = success_probability(config, packet, ahead, target.stamp, judged, offset)
+    now = success_probability(config, packet, ahead, target.stamp, judged, offset)
     if config.descent != "guided":
-        return probability
+        return Likelihood(now, now)
     x0, y0 = evaluate_prediction(packet, target.stamp)[:2]
     x, y = evaluate_prediction(packet, target.stamp + ahead)[:2]
-    probability *= no_surprise(config, memory.records, ahead, math.hypot(x - x0, y - y0))
+    calm = now * no_surprise(config, memory.records, ahead, math.hypot(x - x0, y - y0))
     wrong = is_wrong(config, memory.records, offset)
-    return after_corners(memory, wrong, ahead, target.time + remaining - target.stamp, probability)
+    return Likelihood(now, after_corners(memory, wrong, ahead, target.time + remaining - target.stamp, calm))
 
 
 def calibrated(computed: float, descent: str) -> float:
@@ -219,7 +231,7 @@ def calibrated(computed: float, descent: str) -> float:
     Filho and Flach 2017).
 
     Args:
-        computed: probability that `likelihood` returns.
+        computed: a `Likelihood`.
         descent: "guided", "blind" or "belt".
     """
     if not 0.0 < computed < 1.0:

@@ -17,7 +17,7 @@ from drake_tracker.arm.motion.transform_equation import LEVEL, Slope, share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.corner_memory import is_restless
-from drake_tracker.grasp.descent import calibrated, horizon, is_wrong, lately_judged
+from drake_tracker.grasp.descent import Likelihood, calibrated, horizon, is_wrong, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     HEIGHT,
@@ -47,9 +47,9 @@ FEWEST_RECORDS = 3
 FEWEST_JUDGED = 10
 """Fewest recent predictions that must have been judged before a probability opens the gate."""
 LEAST_CHANCE, NEARLY = 0.4, 0.95
-"""Least computed probability with which a restless object is grasped, and share of the best one lately; chosen as
+"""Least cautious probability with which a restless object is grasped, and share of the best one lately; chosen as
 `KNOWN_BY`."""
-STRICTER = (0.964, 1.0), (LEAST_CHANCE, 1.0)
+STRICTER = (0.9375, 1.0), (LEAST_CHANCE, 1.0)
 """Thresholds `GraspConfig.launch_probability`, and the least computed probability that belongs to each."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
@@ -75,10 +75,11 @@ class Gate(IntEnum):
     PREDICTIONS_FAILED = 6
     OUT_OF_REACH = 7
     SUCCESS_UNLIKELY = 8
+    SURPRISES = 9
 
 
 def judge_probability(
-    config: GraspConfig, memory: PredictionMemory, target: Any, computed: float, best: float = 1.0
+    config: GraspConfig, memory: PredictionMemory, target: Any, likely: Likelihood, best: float = 1.0
 ) -> Gate:
     """Returns the verdict of the gate ``probability``.
 
@@ -88,18 +89,19 @@ def judge_probability(
         config: the threshold.
         memory: predictions made so far.
         target: the newest `ServoTarget`.
-        computed: probability that a grasp succeeds, before it is calibrated.
-        best: highest such probability lately.
+        likely: how likely a grasp is to succeed.
+        best: highest cautious probability lately.
     """
     if len(lately_judged(config, memory, target)) < FEWEST_JUDGED:
         return Gate.NO_MEMORY
-    if calibrated(computed, config.descent) >= config.launch_probability:
+    now, cautious = (calibrated(each, config.descent) >= config.launch_probability for each in likely)
+    if cautious:
         return Gate.OPEN
     least = float(np.interp(config.launch_probability, *STRICTER))
-    worth = computed >= max(least, NEARLY * best)
+    worth = likely.cautious >= max(least, NEARLY * best)
     if worth and is_restless(memory, is_wrong(config, memory.records), horizon(config, target)):
         return Gate.OPEN
-    return Gate.SUCCESS_UNLIKELY
+    return Gate.SURPRISES if now else Gate.SUCCESS_UNLIKELY
 
 
 def judge_prediction(

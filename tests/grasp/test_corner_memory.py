@@ -15,7 +15,7 @@ from drake_tracker.grasp.corner_memory import (
     is_restless,
     path_seen,
 )
-from drake_tracker.grasp.descent import Offset, is_wrong
+from drake_tracker.grasp.descent import Likelihood, Offset, is_wrong
 from drake_tracker.grasp.gate import Gate, judge_probability
 from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, PredictionMemory, X, Y
 from tests.grasp.test_descent import target
@@ -107,15 +107,17 @@ def test_a_restless_object_is_grasped_at_its_best_moment(path, length, restless)
     newest = target()
     newest.stamp = memory.records[-1, STAMP] + AHEAD
     newest.time = newest.stamp + AHEAD - 0.06
-    for computed, best, verdict in (
+    for likely, best, verdict in (
         (0.5, 0.52, Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY),
         (0.5, 0.6, Gate.SUCCESS_UNLIKELY),
         (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
     ):
-        assert judge_probability(CUBE, memory, newest, computed, best) == verdict
-    cautious = replace(CUBE, launch_probability=0.997)
-    assert judge_probability(cautious, memory, newest, 0.92, 0.92) == Gate.SUCCESS_UNLIKELY
-    assert judge_probability(cautious, memory, newest, 0.95, 0.95) == (Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY)
+        assert judge_probability(CUBE, memory, newest, Likelihood(likely, likely), best) == verdict
+    strict, nearly, likelier = replace(CUBE, launch_probability=0.9937), Likelihood(0.92, 0.92), Likelihood(0.95, 0.95)
+    assert judge_probability(strict, memory, newest, nearly, 0.92) == Gate.SUCCESS_UNLIKELY
+    assert judge_probability(strict, memory, newest, likelier, 0.95) == (
+        Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY
+    )
 
 
 def test_a_hand_that_is_elsewhere_misses_more():

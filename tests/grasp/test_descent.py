@@ -13,6 +13,7 @@ from drake_tracker.grasp.descent import (
     PRIOR_SURPRISES,
     RESPONSE,
     TRUST,
+    Likelihood,
     Offset,
     calibrated,
     horizon,
@@ -106,11 +107,11 @@ def test_the_likelihood_is_that_of_recent_predictions():
 
     ahead = horizon(config, target())
     expected = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records)
-    assert likely(memory, target()) == pytest.approx(expected)
+    assert likely(memory, target()) == pytest.approx((expected, expected))
     old = PredictionMemory((), memory.records - np.eye(12)[STAMP] * 5.0)
     nothing = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records[:0])
-    assert likely(old, target()) == pytest.approx(nothing) != pytest.approx(expected), "they are too old"
-    assert likely(memory, ServoTarget(np.zeros(14))) == 0.0, "there is no target"
+    assert likely(old, target()).now == pytest.approx(nothing) != pytest.approx(expected), "they are too old"
+    assert likely(memory, ServoTarget(np.zeros(14))) == (0.0, 0.0), "there is no target"
 
 
 def walk(*surprises, error=LATERAL, size=0.03, travelled=1.0):
@@ -173,20 +174,22 @@ def test_surprises_count_for_a_guided_descent_only():
             likelihood(config, each, packet(), target(), time_to_touch(config), config.hover_height)
             for each in (memory, later)
         )
+        assert found.now == calm.now, "only caution knows of them"
         factors = [no_surprise(config, each.records, ahead, SPEED * ahead) for each in (memory, later)]
         factor = factors[0] / factors[1] if descent == "guided" else 1.0
-        assert found == pytest.approx(factor * calm)
+        assert found.cautious == pytest.approx(factor * calm.cautious)
         assert (factor < 0.97) == (descent == "guided")
 
 
 def test_the_gate_needs_judged_predictions_and_a_likely_success():
     config = GraspConfig(descent="guided", gate="probability")
-    for count, computed, verdict in (
-        (FEWEST_JUDGED - 1, 1.0, Gate.NO_MEMORY),
-        (FEWEST_JUDGED, 0.899, Gate.SUCCESS_UNLIKELY),
-        (FEWEST_JUDGED, 0.901, Gate.OPEN),
+    for count, likely, verdict in (
+        (FEWEST_JUDGED - 1, Likelihood(1.0, 1.0), Gate.NO_MEMORY),
+        (FEWEST_JUDGED, Likelihood(0.899, 0.899), Gate.SUCCESS_UNLIKELY),
+        (FEWEST_JUDGED, Likelihood(0.901, 0.899), Gate.SURPRISES),
+        (FEWEST_JUDGED, Likelihood(0.901, 0.901), Gate.OPEN),
     ):
-        assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), computed) == verdict
+        assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), likely) == verdict
 
 
 @pytest.mark.parametrize("descent", CALIBRATION)
@@ -214,7 +217,7 @@ def test_a_hand_that_is_elsewhere_has_time_to_catch_up_until_its_fingers_are_bes
     far = target(x=0.5405 - 0.2)
     assert miss(packet(), far, 0.2, False).along == pytest.approx(-0.2 + 0.2 * CATCHING_UP)
     high, low = (
-        likelihood(CONFIG, PredictionMemory(), packet(), target(y=0.03), 0.2, height)
+        likelihood(CONFIG, PredictionMemory(), packet(), target(y=0.03), 0.2, height).now
         for height in (BESIDE + 0.01, BESIDE - 0.01)
     )
     assert high > 0.95 and low < 0.05

@@ -11,7 +11,7 @@ from drake_tracker.arm.motion.differential_ik import make_parameters
 from drake_tracker.core.messages import Frozen, packet_target
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.descent import behind, calibrated, horizon, likelihood, time_to_touch
+from drake_tracker.grasp.descent import Likelihood, behind, calibrated, horizon, likelihood, time_to_touch
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
 from drake_tracker.grasp.jaws import (
     GRIP_CONFIRMED,
@@ -71,8 +71,8 @@ class GraspState(OperatedState):
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
         memory: predictions made so far, and what became of them.
         p_success: probability that a grasp would succeed.
-        computed: the same before it is calibrated.
-        best: highest computed probability lately, which fades with `FADING`.
+        likely: the same before it is calibrated, also with the surprises of the path.
+        best: highest cautious probability lately, which fades with `FADING`.
         descent_duration: duration of the descent [s] that the gate has rehearsed.
         branch: half turns of the jaws when the operator stopped the hand or took control of it.
     """
@@ -90,7 +90,7 @@ class GraspState(OperatedState):
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
     p_success: float = 0.0
-    computed: float = 0.0
+    likely: Likelihood = Likelihood()
     best: float = 0.0
     descent_duration: float = 0.0
     branch: float = 0.0
@@ -161,10 +161,10 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
             state = replace(state, memory=memory)
-        computed = self._probability(state, seen)
-        best = max(computed, state.best * math.exp(-self.period / FADING))
-        p_success = calibrated(computed, self.config.descent)
-        state = self._judge(replace(state, p_success=p_success, computed=computed, best=best), seen)
+        likely = self._likelihood(state, seen)
+        best = max(likely.cautious, state.best * math.exp(-self.period / FADING))
+        p_success = calibrated(likely.now, self.config.descent)
+        state = self._judge(replace(state, p_success=p_success, likely=likely, best=best), seen)
         state = self.advance(state, seen)
         if state.phase == Phase.MANUAL:
             state = self.obey(state, seen)
@@ -237,7 +237,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
 
     def success_unlikely(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether a guided descent is no longer worth while."""
-        return self.config.descent == "guided" and state.p_success < self.config.abort_probability
+        cautious = calibrated(state.likely.cautious, self.config.descent)
+        return self.config.descent == "guided" and cautious < self.config.abort_probability
 
     def time_to_close(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the jaws should begin to close. In a guided descent they wait for a hand that catches up."""
@@ -291,8 +292,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
 
     # Parts of a tick.
 
-    def _probability(self, state: GraspState, seen: GraspObservation) -> float:
-        """Returns the computed probability that a grasp succeeds: the present one, or one that would begin now."""
+    def _likelihood(self, state: GraspState, seen: GraspObservation) -> Likelihood:
+        """Returns how likely a grasp is to succeed: the present one, or one that would begin now."""
         remaining = time_to_touch(self.config)
         if state.phase == Phase.INTERCEPT:
             remaining = max(remaining - self._elapsed(state, seen), touch_delay(self.config))
@@ -351,7 +352,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
         if config.gate == "probability":
-            return judge_probability(config, state.memory, seen.target, state.computed, state.best), 0.0
+            return judge_probability(config, state.memory, seen.target, state.likely, state.best), 0.0
         return judge_prediction(config, state.memory, seen.packet, seen.target)
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:

@@ -590,7 +590,7 @@ def test_the_gate_opens_when_success_is_likely(arm_model, std, likely):
     assert (Phase.INTERCEPT in phases) == likely
     assert (Gate.SUCCESS_UNLIKELY in gates) != likely
     if not likely:
-        assert 0.0 < bench.state.computed < bench.state.p_success < PARAMETERS.launch_probability
+        assert 0.0 < bench.state.likely.cautious < bench.state.p_success < PARAMETERS.launch_probability
 
 
 @pytest.mark.parametrize("descent", ["blind", "guided"])

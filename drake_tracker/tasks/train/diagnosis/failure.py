@@ -30,6 +30,7 @@ GATE_WORDS = {
     Gate.NO_MEMORY: "too few earlier predictions from the same place had been checked",
     Gate.PREDICTIONS_FAILED: "earlier predictions from the same place had not come true",
     Gate.SUCCESS_UNLIKELY: "success was not likely enough (grasp.launch_probability)",
+    Gate.SURPRISES: "the path had surprised too often (grasp.launch_probability)",
     Gate.OUT_OF_REACH: "the meeting point was out of reach",
 }
 """Reasons for which the gate stays closed, as clauses of a sentence."""
@@ -41,6 +42,7 @@ _GATE_WAITS_FOR = {
     Gate.NO_MEMORY: "predictions from this place that can be checked",
     Gate.PREDICTIONS_FAILED: "predictions from this place that come true",
     Gate.SUCCESS_UNLIKELY: "a likely success",
+    Gate.SURPRISES: "a path without surprises",
     Gate.OUT_OF_REACH: "a meeting point within reach",
 }
 """The arm's reason for waiting while tracking, by the verdict of the gate."""

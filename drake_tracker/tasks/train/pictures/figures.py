@@ -227,7 +227,7 @@ def _draw_probability(ax: Axes, setup: TrainSetup, log: Log, spans: Sequence[Pha
     if config.gate == "probability":
         threshold = 100.0 * config.launch_probability
         ax.axhline(threshold, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=1)
-        note = f"the hand descends from {threshold:g} % on"
+        note = f"the hand descends from {threshold:g} % on, later after surprises"
     else:
         note = f"not used: grasp.gate is {config.gate}"
     ax.text(1.0, 1.12, note, transform=ax.transAxes, ha="right", color=SOFT_INK, fontsize=10)

@@ -42,6 +42,7 @@ _GATE_WORDS = {
     Gate.NO_MEMORY: "first lap here",
     Gate.PREDICTIONS_FAILED: "failed here a lap ago",
     Gate.SUCCESS_UNLIKELY: "success not likely",
+    Gate.SURPRISES: "path surprised before",
     Gate.OUT_OF_REACH: "out of reach",
 }
 GRASP_PICTURE = "grasp.png"
