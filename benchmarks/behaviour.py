@@ -12,7 +12,7 @@ the number. The tables then mark the rows that rest on the earlier behaviour.
 
 Runs on other processors differ by rounding: up to 3e-11 in a log of `train` (seed 3), and by one moving pixel in one
 image, with ``OPENBLAS_CORETYPE=Haswell``, ``LP_NATIVE_VECTOR_WIDTH=128``, and without AVX in NumPy and OpenCV. The
-tolerances are far above that. But with OpenBLAS's kernels for AVX-512, other pixels changed the descent of `train:hill`:
+tolerances are far above that. But with kernels of OpenBLAS for AVX-512, other pixels changed a descent of `train:hill`:
 all runs use those for AVX2. Contact is chaotic: signals are compared up to the first launch, or up to the first impact
 of the ball.
 """
