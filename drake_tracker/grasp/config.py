@@ -69,12 +69,12 @@ class GraspConfig:
         choices=("probability", "auto", "memory", "recent"),
     )
     launch_probability: float = setting(
-        0.9375,
-        "gate probability: least probability of success, lowered by surprises, to descend; 0.74 if it will not rise",
+        0.912,
+        "gate probability: least probability of success, lowered by surprises, to descend; 0.68 if it will not rise",
         "",
         (0.0, 1.0),
     )
-    abort_probability: ClassVar[float] = 0.363
+    abort_probability: ClassVar[float] = 0.437
     """In a guided descent: probability of success, lowered by surprises, below which the hand goes up again; chosen."""
     memory_radius: ClassVar[float] = 0.03
     """Distance below which an earlier place counts as the same [m]; chosen."""

@@ -49,7 +49,7 @@ FEWEST_JUDGED = 10
 LEAST_CHANCE, NEARLY = 0.4, 0.95
 """Least cautious probability with which a restless object is grasped, and share of the best one lately; chosen as
 `KNOWN_BY`."""
-STRICTER = (0.9375, 1.0), (LEAST_CHANCE, 1.0)
+STRICTER = (0.912, 1.0), (LEAST_CHANCE, 1.0)
 """Thresholds `GraspConfig.launch_probability`, and the least computed probability that belongs to each."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""

@@ -113,7 +113,7 @@ def test_a_restless_object_is_grasped_at_its_best_moment(path, length, restless)
         (0.3, 0.3, Gate.SUCCESS_UNLIKELY),
     ):
         assert judge_probability(CUBE, memory, newest, Likelihood(likely, likely), best) == verdict
-    strict, nearly, likelier = replace(CUBE, launch_probability=0.9937), Likelihood(0.92, 0.92), Likelihood(0.95, 0.95)
+    strict, nearly, likelier = replace(CUBE, launch_probability=0.9905), Likelihood(0.92, 0.92), Likelihood(0.95, 0.95)
     assert judge_probability(strict, memory, newest, nearly, 0.92) == Gate.SUCCESS_UNLIKELY
     assert judge_probability(strict, memory, newest, likelier, 0.95) == (
         Gate.OPEN if restless else Gate.SUCCESS_UNLIKELY
