@@ -58,6 +58,7 @@ RENDERED = {
 RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
 """{group: its runs}; a run of the conveyor has about thirteen descents."""
 FIRST_SEEDS = {**dict.fromkeys(RUNS, 95000), **dict.fromkeys(("guided", *THRESHOLDS), 103000)}
+"""{group: its first seed}."""
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {
     "learned": "train:learned",
@@ -218,7 +219,7 @@ def main():
     done = {(row["group"], row["seed"]) for row in read_lines(options.results)}
     counts = {group: options.runs or RUNS[group] for group in options.group.split(",")}
     numbers = range(max(counts.values()))
-    first = {group: options.first_seed or seed for group, seed in FIRST_SEEDS.items()}
+    first = FIRST_SEEDS if options.first_seed is None else dict.fromkeys(RUNS, options.first_seed)
     jobs = [(group, first[group] + k) for k in numbers for group, count in counts.items() if k < count]
     append_results(run_one, [job for job in jobs if job not in done], options.results, options.workers, describe)
 

@@ -70,7 +70,7 @@ class GraspConfig:
     )
     launch_probability: float = setting(
         0.912,
-        "gate probability: least probability of success, lowered by surprises, to descend; 0.68 if it will not rise",
+        "with gate probability: least probability of success, lowered by surprises; from 0.68 if it will not rise",
         "",
         (0.0, 1.0),
     )

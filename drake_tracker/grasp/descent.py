@@ -231,7 +231,7 @@ def calibrated(computed: float, descent: str) -> float:
     Filho and Flach 2017).
 
     Args:
-        computed: a `Likelihood`.
+        computed: a probability of a `Likelihood`, or of the belt.
         descent: "guided", "blind" or "belt".
     """
     if not 0.0 < computed < 1.0:
