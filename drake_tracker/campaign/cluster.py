@@ -20,7 +20,7 @@ from typing import Any
 from drake_tracker import __version__
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.campaign.pool import Runner
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, load_extra
 from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 CONNECT_TIMEOUT = 10.0
@@ -30,25 +30,16 @@ WORKERS_TIMEOUT = 60.0
 _POLL_PERIOD = 2.0
 
 
-def require_distributed() -> None:
-    """Raises DrakeTrackerError when dask.distributed is not installed."""
-    try:
-        import distributed  # noqa: F401
-    except ImportError as error:
-        remedy = "pip install 'drake-tracker[cluster]' installs it"
-        raise DrakeTrackerError(f"--scheduler: dask.distributed cannot be loaded ({error}); {remedy}") from None
-
-
 def cluster(address: str) -> Runner:
     """Returns a `pool.Runner` on the workers of a scheduler.
 
-    When it runs, it raises DrakeTrackerError if the scheduler does not answer, is lost or has no workers, or if a
-    worker has another version of this package.
+    Raises DrakeTrackerError without the extra ``cluster``. When it runs, it raises DrakeTrackerError if the scheduler
+    does not answer, is lost or has no workers, or if a worker has another version of this package.
 
     Args:
         address: of the scheduler, such as tcp://host:8786.
     """
-    require_distributed()
+    load_extra("distributed", "cluster", "--scheduler")
 
     def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:
         with _quiet(), _connect(address) as client:

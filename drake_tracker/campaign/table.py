@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.campaign.grid import plain_value
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import load_extra
 from drake_tracker.core.files.atomic_file import replacing, write_text
 
 FIRST = ("seed", "success", "failure_reason")
@@ -50,13 +50,7 @@ def require_parquet(what: str = "--parquet", extra: str = "parquet") -> tuple[An
         what: needs them, for the message.
         extra: that installs them.
     """
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        remedy = f"pip install 'drake-tracker[{extra}]' installs it"
-        raise DrakeTrackerError(f"{what}: pyarrow cannot be loaded ({error}); {remedy}") from None
-    return pyarrow, pyarrow.parquet
+    return load_extra("pyarrow", extra, what), load_extra("pyarrow.parquet", extra, what)
 
 
 def write_parquet(columns: Mapping[str, Sequence[Any]], path: Path) -> None:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from drake_tracker.commands import common
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, load_extra
 from drake_tracker.core.processes.signals import exit_code
 
 LATENCY = ("camera_lag", "inference_time", "link_delay")
@@ -60,6 +60,7 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError(str(error).replace(f"--set {VISIONS['measured']}", "--no-images")) from None
     common.announce_code(scenario)
     require_parquet("a data set", "dataset")
+    load_extra("gymnasium", "dataset", "a data set")
 
     from drake_tracker.environments.dataset import DataSet
     from drake_tracker.environments.environment import TrackerEnvironment

@@ -16,7 +16,7 @@ from drake_tracker.commands.common import (
     run_directory,
     warn,
 )
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, load_extra
 from drake_tracker.core.processes.signals import exit_code
 
 LEAST_SEEN = 5
@@ -141,7 +141,6 @@ def execute(options: Namespace) -> int:
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     one_thread()
-    from drake_tracker.core.files.mcap_file import need_mcap
     from drake_tracker.core.progress import Progress
     from drake_tracker.own_cameras.filtered import describe_accuracy, describe_filtered, describe_object
     from drake_tracker.own_cameras.mcap_track import MCAP_FILE
@@ -151,7 +150,7 @@ def execute(options: Namespace) -> int:
 
     quiet_drake()
     if options.mcap:
-        need_mcap(MCAP_FILE)
+        load_extra("foxglove", "mcap", MCAP_FILE)
     if options.pick:
         if options.roi or options.follow:
             raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")

@@ -1,9 +1,11 @@
 """The exceptions that users of the package catch."""
 
+import importlib
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 
 class DrakeTrackerError(Exception):
@@ -55,3 +57,18 @@ def raised(error: BaseException) -> str:
     frame = traceback.extract_tb(error.__traceback__)[-1]
     text = " ".join(str(error).split())
     return f"raised {type(error).__name__}: {text} ({Path(frame.filename).name} line {frame.lineno})"
+
+
+def load_extra(module: str, extra: str, what: str) -> Any:
+    """Returns a module that an extra of this package installs. Raises DrakeTrackerError when it cannot be loaded.
+
+    Args:
+        module: its full name.
+        extra: name in pyproject.toml.
+        what: needs the module, for the message.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        remedy = f"pip install 'drake-tracker[{extra}]' installs it"
+        raise DrakeTrackerError(f"{what}: {module} cannot be loaded ({error}); {remedy}") from None

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, load_extra
 from drake_tracker.core.files.regular_file import open_regular
 
 LARGEST_MESSAGE = 400_000_000
@@ -109,13 +109,8 @@ class McapStorage:
     """
 
     def __init__(self, files: Sequence[Path]) -> None:
-        try:
-            import mcap.stream_reader
-        except ImportError:
-            raise DrakeTrackerError(
-                "reading an MCAP file needs the package mcap: pip install 'drake-tracker[rosbag]'"
-            ) from None
-        self._files, self._mcap = files, mcap
+        load_extra("mcap.stream_reader", "rosbag", "a bag in MCAP format")
+        self._files = files
 
     def topics(self) -> dict[str, str]:
         """Returns {topic: type of its messages}, of those that have messages before the file is damaged."""

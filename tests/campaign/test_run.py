@@ -246,7 +246,7 @@ def test_a_campaign_that_cannot_start_leaves_no_directory(tmp_path):
     [({"workers": 0}, "--workers 0"), ({"workers": 2, "scheduler": "tcp://h:1"}, "--workers 2: is for this machine")],
 )
 def test_bad_runners_are_one_line(options, said, monkeypatch):
-    monkeypatch.setattr("drake_tracker.campaign.cluster.require_distributed", lambda: None)
+    monkeypatch.setattr("drake_tracker.campaign.cluster.load_extra", lambda *_: None)
     with pytest.raises(DrakeTrackerError, match=said):
         make_runner(**options)
 

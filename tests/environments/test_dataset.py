@@ -148,6 +148,14 @@ def test_an_interrupted_data_set_is_continued_as_if_it_had_not_been(recorded, tm
     assert (out / "data" / "chunk-000" / "file-000.parquet").stat().st_mtime_ns == kept
 
 
+def test_a_missing_gymnasium_is_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    assert dataset(tmp_path / "set") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "gymnasium cannot be loaded" in line and "drake-tracker[dataset]" in line
+    assert not (tmp_path / "set").exists()
+
+
 def test_a_full_disk_is_one_line_and_costs_no_finished_episode(copied, monkeypatch, capsys):
     before, write = content(copied), pyarrow.parquet.write_table
 

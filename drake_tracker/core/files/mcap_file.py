@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, load_extra
 from drake_tracker.core.files.atomic_file import unwritable
 
 WORLD = "world"
@@ -32,20 +32,6 @@ _VARINT, _DOUBLE, _BYTES = 0, 1, 2
 """Wire types."""
 
 
-def need_mcap(name: str) -> None:
-    """Raises DrakeTrackerError when the extra ``mcap``, which writes MCAP files, is not installed.
-
-    Args:
-        name: of the file to write, for the message.
-    """
-    try:
-        import foxglove  # noqa: F401
-    except ImportError:
-        raise DrakeTrackerError(
-            f"{name}: MCAP files need the package foxglove-sdk: pip install 'drake-tracker[mcap]'"
-        ) from None
-
-
 class McapFile:
     """An MCAP file that is written message by message.
 
@@ -58,7 +44,7 @@ class McapFile:
     """
 
     def __init__(self, path: Path) -> None:
-        need_mcap(path.name)
+        load_extra("foxglove", "mcap", path.name)
         import foxglove
         from foxglove import channels, messages
 
