@@ -168,7 +168,8 @@ class CoordinatedTurnEstimator:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading."""
         gentle, sharp = self._predictions(state, np.asarray(times, dtype=float))
         apart = sharp - gentle
-        apart[:, 3] = np.arctan2(np.sin(apart[:, 3]), np.cos(apart[:, 3]))
+        turns = np.arctan2(np.sin(apart[:, 3]), np.cos(apart[:, 3]))
+        apart[:, 3] = np.unwrap(turns)  # the filters may turn apart by more than half a turn
         return gentle + sharp_share(state) * apart
 
     def predict_std(self, state: CoordinatedTurnState, times: ArrayLike) -> np.ndarray:

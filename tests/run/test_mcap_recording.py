@@ -100,8 +100,6 @@ def test_numbers_of_any_size_and_kind_are_kept(tmp_path):
 
 def test_the_missing_extra_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    with pytest.raises(
-        DrakeTrackerError, match=r"run.mcap: foxglove .* pip install 'drake-tracker\[mcap\]'"
-    ):
+    with pytest.raises(DrakeTrackerError, match=r"run.mcap: foxglove .* pip install 'drake-tracker\[mcap\]'"):
         McapFile(tmp_path / "run.mcap")
     assert not (tmp_path / "run.mcap").exists()
