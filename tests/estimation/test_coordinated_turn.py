@@ -5,9 +5,7 @@ import pytest
 from drives import PERIOD, Drive, errors, rms, stadium
 from worlds import make_path
 
-from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.checked_estimator import LARGEST_TURN
 from drake_tracker.estimation.coordinated_turn import AHEAD, CoordinatedTurnState, sharp_share
 from drake_tracker.estimation.parts import TurnFilter
 from drake_tracker.estimation.parts.turn_filter import JUMP_COUNT
@@ -64,18 +62,6 @@ def test_a_change_of_the_path_is_noticed():
 
 def both_paths():
     return make_track("oval"), make_path("rectangle", None)
-
-
-def test_the_direction_is_continuous_where_the_filters_turn_far_apart():
-    """On a fast figure-eight they differ by more than half a turn after 1 s; the arm rejects a direction that jumps."""
-    estimator, drive = make_estimator("coordinated_turn"), Drive(make_track("figure_eight"), 0.20, 8.0)
-    state, largest = estimator.initial_state(), 0.0
-    for t, p in zip(drive.times, drive.points, strict=True):
-        state = estimator.update(state, t, p)
-        if estimator.ready(state):
-            yaw = estimator.predict(state, t + KNOT_SPACING * np.arange(KNOT_COUNT))[:, 3]
-            largest = max(largest, np.abs(np.diff(yaw)).max())
-    assert largest < LARGEST_TURN
 
 
 def test_at_rest_nothing_is_learned():

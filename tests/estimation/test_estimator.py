@@ -1,14 +1,19 @@
 import subprocess
 import sys
 
+import numpy as np
 import own_estimator
 import pytest
+from drives import Drive
 from slopes import board_pose
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.estimation import ESTIMATORS, Estimator, EstimatorState, make_estimator
+from drake_tracker.estimation.checked_estimator import LARGEST_TURN
 from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, InclinedPlane
 from drake_tracker.estimation.estimator import check_estimator
+from drake_tracker.world.train.tracks import make_track
 
 CONTEXT = {InclinedPlane: {"X_WB": board_pose()}}
 
@@ -49,6 +54,19 @@ def test_the_settings_load_neither_drake_nor_scipy():
 @pytest.mark.parametrize("kind", sorted(set(ESTIMATORS.names) - {"inclined_plane"}))
 def test_the_estimators_of_the_package_pass(kind):
     check_estimator(make_estimator(kind))
+
+
+@pytest.mark.parametrize("kind", sorted(set(ESTIMATORS.names) - {"inclined_plane"}))
+@pytest.mark.parametrize("speed", [0.10, 0.20, 0.40])
+def test_the_predicted_direction_is_continuous_on_a_figure_eight(kind, speed):
+    """The arm rejects a direction that jumps; the filters of coordinated_turn turned more than half a turn apart."""
+    estimator, drive = make_estimator(kind), Drive(make_track("figure_eight"), speed, 8.0)
+    state = estimator.initial_state()
+    for t, p in zip(drive.times, drive.points, strict=True):
+        state = estimator.update(state, t, p)
+        if estimator.ready(state):
+            yaw = estimator.predict(state, t + KNOT_SPACING * np.arange(KNOT_COUNT))[:, 3]
+            assert np.abs(np.diff(yaw)).max() < LARGEST_TURN
 
 
 def test_a_custom_estimator_passes():
