@@ -35,9 +35,13 @@ STALE = HERE.parent / "runs" / "stale"
 COMMANDS = {
     "train_grasp.jsonl": (
         "train_grasp.py --scenario ladder --seeds 20",
-        "train_grasp.py --scenario train:learned --first-seed 500",
-        "train_grasp.py --scenario train:learned --cells cast-shadows-gated --first-seed 300",
-        "train_grasp.py --estimator all --first-seed 500 --seeds 3",
+        "train_grasp.py --scenario train:wrist",
+        "train_grasp.py --scenario train:two",
+        "train_grasp.py --scenario train:visitor",
+        "train_grasp.py --estimator alpha_beta_gamma --seeds 5",
+        "train_grasp.py --estimator coordinated_turn --seeds 5",
+        "train_grasp.py --scenario ladder --cells cast-shadows-gated",
+        "train_grasp.py --cells cast-shadows --seeds 2",
     ),
     "ball.jsonl": ("ball.py",),
     "several.json": ("several.py",),

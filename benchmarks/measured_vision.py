@@ -17,7 +17,7 @@ from pathlib import Path
 from shared import common
 from shared.common import append_results, print_table, save_json, share
 from shared.stored import read_lines
-from train_grasp import ESTIMATORS, FIRST_SEED, RUNGS, SEEDS, TRACKS, make_job, outcome, run_one
+from train_grasp import ESTIMATORS, FIRST_SEED, RUNGS, SEEDS, TRACKS, is_rung, make_job, outcome, run_one
 
 CAMERAS = common.RESULTS / "train_grasp.jsonl"
 RESULTS = common.RESULTS / "measured_vision.jsonl"
@@ -41,7 +41,7 @@ def describe(row):
 def of_ladder(rows):
     """Returns the runs with cameras that are repeated."""
     seeds = range(FIRST_SEED, FIRST_SEED + SEEDS)
-    return [row for row in rows if row["scenario"] in RUNGS and row["cell"] in PLAIN and row["seed"] in seeds]
+    return [row for row in rows if is_rung(row) and row["cell"] in PLAIN and row["seed"] in seeds]
 
 
 def pairs_of(cameras, measured):

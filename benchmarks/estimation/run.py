@@ -33,7 +33,6 @@ from shared.common import append_results
 from shared.stored import read_lines
 from speed import update_times
 from tables import cells_of, merged, print_rows, table_rows
-from train_grasp import RESULTS as GRASPS
 from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SHARP, SPEED_LAWS
@@ -154,7 +153,7 @@ def main():
         times = json.loads(saved.read_text(encoding="utf-8"))["update_us"] if saved.exists() else {}
     else:
         times = update_times(read_parameters())
-    judged = verdicts(lines, times, read_lines(GRASPS))
+    judged = verdicts(lines, times)
     print_rows(rows)
     print_verdicts(judged)
     makers = {json.dumps(maker, sort_keys=True) for line in lines for maker in line["made_by"]}

@@ -6,14 +6,9 @@ import numpy as np
 from contestants import BASELINES, SHARP_BASELINES
 from measure import HORIZONS
 from tables import cells_of, paired_ratio
-from train_grasp import TRACKS
 from worlds import SHARP
 
-from drake_tracker.campaign.rates import wilson
-
 ALL = ("first", "between", "after")
-GRASP_SEEDS = range(500, 1000)
-"""Seeds of the runs with cameras that are judged, where a cell has them. Later seeds are those of the ladder."""
 MAIN = "stadium-white-1-constant"
 VARYING = "stadium-white-1-varying"
 OVALS = {
@@ -50,9 +45,8 @@ def _judge(claim, value, wanted, met, note):
     return Verdict(claim, float(f"{value:.4g}"), wanted, "met" if met(value) else "missed", note)
 
 
-def verdicts(lines, times, grasps=()):
-    """Returns a list of dicts, one for each number; ``times`` of `speed.update_times`, ``grasps`` the rows of
-    `train_grasp.RESULTS`."""
+def verdicts(lines, times):
+    """Returns a list of dicts, one for each number; ``times`` of `speed.update_times`."""
     cells = cells_of(lines)
     trials = {}
     for line in lines:
@@ -68,7 +62,6 @@ def verdicts(lines, times, grasps=()):
         *_rice(trials.get("rice", [])),
         *_speed(times),
         *_link(trials.get("link", [])),
-        *_grasps([row for row in grasps if row["estimator"] == "closed_path"]),
     ]
     return [asdict(verdict) for verdict in found]
 
@@ -225,34 +218,6 @@ def _link(trials):
         greatest = 1e9
     note = "the limit is this benchmark's own: below half of the stadium's length, and 1e9 where there was a NaN"
     yield at_most("greatest error with 200 ms delay, jitter and bursts: no divergence", greatest, 250, note, " mm")
-
-
-def _grasps(rows):
-    """In the camera loop: trains lifted at the first attempt, of the newest seeds that a cell was run on."""
-    cells = {}
-    for row in rows:
-        cells.setdefault(row["cell"], []).append(row)
-    for name, found in cells.items():
-        cells[name] = [row for row in found if row["seed"] in GRASP_SEEDS] or found
-    plain = [cells.get(f"{track}-{speed:.2f}", []) for track in TRACKS for speed in (0.10, 0.15, 0.20)]
-    shares = [_first_attempts(found)[0] for found in plain]
-    value, note = _first_attempts([row for found in plain for row in found])
-    yield at_least("camera loop, lifted at the first attempt: four tracks, three speeds [%]", value, 98, note)
-    lowest = None if None in shares else min(shares)
-    note = f"{min(map(len, plain))} runs a cell at least"
-    yield at_least("the same, lowest of the twelve cells [%]", lowest, 90, note)
-    for name in ("one-sided-light", "cast-shadows-gated", "flicker-5%", "varying-speed", "striped", "round"):
-        value, note = _first_attempts(cells.get(name, []))
-        yield at_least(f"the same, {name} [%]", value, 90, note)
-
-
-def _first_attempts(rows):
-    """Returns the share [%] lifted at the first attempt, None of no runs, and a note: the count, its interval."""
-    if not rows:
-        return None, ""
-    count = sum(bool(row["first_attempt_success"]) for row in rows)
-    low, high = wilson(count, len(rows))
-    return 100.0 * count / len(rows), f"{count} of {len(rows)}; 95 %: {100 * low:.0f}-{100 * high:.0f}"
 
 
 def print_verdicts(judged):

@@ -13,15 +13,6 @@ from shared.stored import read_lines
 RECORDS = Path(__file__).parents[1] / "behaviour.json"
 
 
-def _of_estimator(row):
-    """A run of another estimator rests on the rung whose settings it shares."""
-    if row.get("scenario", "train") not in ("train", "train:line"):
-        return (row["scenario"],)
-    if row.get("cell") == "line" and row["estimator"] != "arc_length":
-        return ("train:line",)
-    return ("train",) if row["estimator"] == "arc_length" else ("train:learned",)
-
-
 def _of_parts(**parts):
     return lambda result: parts[result["part"]]
 
@@ -83,7 +74,7 @@ RESTS_ON = {
     "start_up": ("train", *_LEARNED),
     "terminations": ("train",),
     "tracking": ("train",),
-    "train_grasp": _of_estimator,
+    "train_grasp": lambda row: (row["scenario"],),
 }
 """{benchmark: the scenarios that its results rest on, or a function of a result that returns them}."""
 

@@ -15,6 +15,7 @@ from train_grasp import (
     OTHERS,
     RUNGS,
     SEEDS,
+    is_rung,
     lifted,
     median_time,
     touch_error,
@@ -44,7 +45,7 @@ def rung_rows(scenario: str) -> list[Row]:
     """
     if scenario in OTHERS:
         return where(lines("train_grasp"), scenario=scenario, cell=ITSELF)
-    rows = [row for row in where(lines("train_grasp"), seed=_SEEDS, cell=_CONDITIONS) if row["scenario"] in RUNGS]
+    rows = [row for row in where(lines("train_grasp"), seed=_SEEDS, cell=_CONDITIONS) if is_rung(row)]
     runs = Counter(row["seed"] for row in rows)
     return [row for row in where(rows, scenario=scenario) if runs[row["seed"]] == len(RUNGS) * len(CONDITIONS)]
 

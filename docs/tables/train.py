@@ -1,5 +1,7 @@
 """Lifted trains, with rendered images in the loop (`results/train_grasp.jsonl`)."""
 
+from collections import Counter
+
 from result_tables.hard_path_tables import hard_paths_table
 from train_grasp import (
     CELLS,
@@ -9,16 +11,14 @@ from train_grasp import (
     RUNGS,
     SEEDS,
     cells_table,
+    is_rung,
     lifted,
     median_time,
     side_by_side_table,
 )
 
-from tables.headline import rung_rows
-from tables.results import Row, block, commit_of, data, lines, listed, of, origin, seeds_between, table, uses, where
-
-_GATED = "cast-shadows-gated"
-_BY_CAST_SHADOWS = (_GATED, "cast-shadows")
+from tables.headline import CONDITIONS, rung_rows
+from tables.results import Row, block, data, lines, listed, of, origin, seeds_between, table, uses, where
 
 
 def hard_paths() -> str:
@@ -67,43 +67,15 @@ def train_rungs_failures() -> str:
 
 
 def train_paper() -> str:
-    rows = where(lines("train_grasp"), scenario="train", seed=seeds_between(FIRST_SEED, FIRST_SEED + SEEDS - 1))
-    rows = sorted((row for row in rows if row["cell"] in PAPER_CELLS), key=lambda row: PAPER_CELLS.index(row["cell"]))
+    seeds = seeds_between(FIRST_SEED, FIRST_SEED + SEEDS - 1)
+    rows = where(lines("train_grasp"), scenario="train", seed=seeds, cell=PAPER_CELLS.__contains__)
+    rows = sorted(filter(is_rung, rows), key=lambda row: PAPER_CELLS.index(row["cell"]))
     first = lifted(rows)[1]
     return block(
         table(*cells_table(rows)),
         origin(rows),
         f"In all nine conditions together, the arm lifted {of(first, len(rows), ' trains')} at the first attempt.",
     )
-
-
-def _runs(estimator: str, first: int, last: int) -> list[Row]:
-    rows = where(lines("train_grasp"), estimator=estimator, seed=seeds_between(first, last))
-    return sorted(rows, key=lambda row: (list(CELLS).index(row["cell"]), row["seed"]))
-
-
-def _main() -> list[Row]:
-    """The closed path on seeds 500 to 519, every cell but those of cast shadows."""
-    return _runs("closed_path", 500, 519)
-
-
-def _gated() -> list[Row]:
-    return where(_runs("closed_path", 300, 319), cell=_GATED)
-
-
-def _of_1991() -> list[Row]:
-    return [row for row in _runs("arc_length", 200, 219) if commit_of(row) == "31ef9bf"]
-
-
-def train_cells() -> str:
-    header, rows = cells_table(_main() + _gated())
-    rows.append(["cast-shadows", 0, *[""] * (len(header) - 2)])
-    main = origin(_main(), f"The cell `{_GATED}`: s{origin(_gated())[2:-1]}")
-    return block(table(header, rows), main)
-
-
-def train_cells_summary() -> str:
-    return f"Without the cells of cast shadows, {_lifted(_main())}"
 
 
 def train_limits() -> str:
@@ -134,38 +106,40 @@ def train_lag() -> str:
     return f"[The time from image to prediction](index.md#what-a-number-means) was {shown} ms in all {len(rows)} runs."
 
 
+def _of_estimators() -> list[Row]:
+    """Returns the runs of all estimators with the seeds that each of them has run in each condition."""
+    rows = where(lines("train_grasp"), scenario=("train", "train:learned").__contains__, cell=CONDITIONS.__contains__)
+    runs = Counter(row["seed"] for row in rows)
+    found = [row for row in rows if runs[row["seed"]] == len(ESTIMATORS) * len(CONDITIONS)]
+    return sorted(found, key=lambda row: CONDITIONS.index(row["cell"]))
+
+
 def train_estimators() -> str:
-    rows = [row for name in ESTIMATORS for row in _runs(name, 500, 502) if row["cell"] not in _BY_CAST_SHADOWS]
-    rows.sort(key=lambda row: list(CELLS).index(row["cell"]))
+    rows = _of_estimators()
     return block(table(*side_by_side_table(rows, list(ESTIMATORS))), origin(rows))
 
 
 def train_estimators_failures() -> str:
-    rows = [row for name in ESTIMATORS for row in _runs(name, 500, 502)]
-    failed = [row["failure_reason"] for row in rows if not row["success"]]
-    shut = [reason for reason in failed if reason.startswith("the gate never opened")]
-    all_shut = "all" if len(shut) == len(failed) else len(shut)
-    causes = {text: sum(text in reason for reason in shut) for text in ("earlier predictions", "the jaws were turning")}
-    untrue, turning = causes.values()
-    later = sum(bool(row["success"]) and not row["first_attempt_success"] for row in rows)
+    rows = _of_estimators()
+    uses(*rows)
+    missed = [row for row in rows if not row["first_attempt_success"]]
+    shut = sum("the gate never opened" in (row["failure_reason"] or "") for row in missed)
     return (
-        f"Of {len(rows)} runs {len(failed)} failed, {all_shut} of them because the launch gate did not open within the "
-        f"minute. The main reason was in {untrue} runs that earlier predictions from the same place had not come true, "
-        f"in {turning} that the jaws were turning over. {later or 'No'} train was lifted at a later attempt."
+        f"Of {len(rows)} runs {len(missed)} did not lift the train at the first attempt; in {shut} of these the launch "
+        "gate did not open within the minute."
     )
 
 
+def _shadows(estimator: str, cell: str) -> list[Row]:
+    return where(lines("train_grasp"), estimator=estimator, cell=cell)
+
+
 def train_shadows() -> str:
-    counts = []
-    for rows in (_gated(), where(_of_1991(), cell=_GATED), where(_of_1991(), cell="cast-shadows")):
-        counts.append((lifted(rows)[0], len(rows)))
+    gated, shaded = "cast-shadows-gated", "cast-shadows"
+    runs = (_shadows("closed_path", gated), _shadows("arc_length", gated), _shadows("arc_length", shaded))
+    uses(*(row for rows in runs for row in rows))
+    counts = [(lifted(rows)[0], len(rows)) for rows in runs]
     return (
         f"With the brightness gate, the closed path lifted {of(*counts[0], ' trains')} and the filter of 1991 "
         f"{of(*counts[1])}. Without the gate, the filter of 1991 lifted {counts[2][0]} of {counts[2][1]}."
     )
-
-
-def _lifted(rows: list[Row]) -> str:
-    total, first = lifted(rows)
-    attempts = "all" if first == total else f"{first} of them"
-    return f"the arm lifted {of(total, len(rows), ' trains')}, {attempts} at the first attempt."
