@@ -124,9 +124,10 @@ def train_estimators_failures() -> str:
     uses(*rows)
     missed = [row for row in rows if not row["first_attempt_success"]]
     shut = sum("the gate never opened" in (row["failure_reason"] or "") for row in missed)
+    share = "all" if shut == len(missed) else f"{shut}"
     return (
-        f"Of {len(rows)} runs {len(missed)} did not lift the train at the first attempt; in {shut} of these the launch "
-        "gate did not open within the minute."
+        f"{len(missed)} of {len(rows)} runs did not lift the train at the first attempt. In {share} of them, the "
+        "launch gate did not open within the minute."
     )
 
 

@@ -69,6 +69,6 @@ def load_extra(module: str, extra: str, what: str) -> Any:
     """
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        remedy = f"pip install 'drake-tracker[{extra}]' installs it"
-        raise DrakeTrackerError(f"{what}: {module} cannot be loaded ({error}); {remedy}") from None
+    except Exception as error:  # a package built for other versions raises anything, over several lines
+        text, remedy = " ".join(str(error).split()), f"pip install 'drake-tracker[{extra}]' installs it"
+        raise DrakeTrackerError(f"{what}: {module} cannot be loaded ({text}); {remedy}") from None

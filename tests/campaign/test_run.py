@@ -16,7 +16,7 @@ from drake_tracker.campaign.plan import Lost, make_plan, run_trial
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.run import carry_out, make_runner, run_campaign
 from drake_tracker.campaign.table import require_parquet
-from drake_tracker.core.errors import DrakeTrackerError, MachineError
+from drake_tracker.core.errors import DrakeTrackerError, MachineError, load_extra
 
 VARY = {"track.speed": ["0.1", "0.3"]}
 
@@ -262,6 +262,13 @@ def test_a_missing_optional_package_is_one_line(package, call, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[(cluster|parquet)\]'"):
         call()
+
+
+def test_an_optional_package_that_does_not_load_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "unbuilt.py").write_text("raise AttributeError('built for\\nanother numpy')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(DrakeTrackerError, match=r"--parquet: unbuilt .* \(built for another numpy\); pip"):
+        load_extra("unbuilt", "parquet", "--parquet")
 
 
 @pytest.fixture
