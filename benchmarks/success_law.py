@@ -32,6 +32,7 @@ from methods.law_fit import MEMORIES, SHARES, print_fit
 from result_tables.law_tables import draw, law_table
 from shared import common
 from shared.common import append_results, print_table
+from shared.public_arms import panda
 from shared.stored import read_lines
 
 from drake_tracker import load_scenario
@@ -218,6 +219,8 @@ def run_one(job):
     start = time.monotonic()
     condition = condition_of(part, cell, seed)
     try:
+        if condition["arm"] == "Panda":
+            panda()  # raises OSError where its file is not installed: that is no refused layout
         with tempfile.TemporaryDirectory() as folder:
             scenario = scenario_of(condition, seed, folder)
             found = {**features(scenario, condition), **first_descent(scenario, PATIENCE)}

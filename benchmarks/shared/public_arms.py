@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from drake_tracker.arm.description import FINGERS, PUMA560, SEVEN_JOINT, ArmDescription
-from drake_tracker.core.errors import DrakeTrackerError
 
 PANDA = "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf"
 """File of the package ``example-robot-data`` 6.0.0 on PyPI."""
@@ -46,7 +45,7 @@ def _without_hand() -> str:
     """Returns the URL of a copy of the Panda's file without its hand and what Drake does not read."""
     path = Path(sysconfig.get_path("purelib")) / PANDA
     if not path.is_file():
-        raise DrakeTrackerError(f"{path} is missing; python -m pip install example-robot-data==6.0.0")
+        raise FileNotFoundError(f"{path} is missing; python -m pip install example-robot-data==6.0.0")
     robot = ET.parse(path).getroot()
     for element in list(robot):
         name = element.get("name", "")
