@@ -9,9 +9,11 @@ The hand descends at a drawn time, whether or not the probability of success is 
 scaled. Of each run the first descent counts: it is a success if the jaws hold the object and have lifted it. An arm
 that has not begun a descent within `PATIENCE` has failed.
 
-- ``fit``: a seed draws everything.
+- ``fit``: a seed draws everything, or everything but what the names in `FITTED` say.
 - ``cells``: each cell has an arm, a family of paths or an estimator that ``fit`` does not have; the seed draws the
-  rest. The Panda needs ``pip install example-robot-data==6.0.0``.
+  rest.
+
+Two arms need a package: ``pip install --no-deps example-robot-data==6.0.0 pybullet==3.2.7``.
 
 Each run becomes a line of ``results/success_law.jsonl`` as soon as it ends.
 """
@@ -32,7 +34,7 @@ from methods.law_fit import MEMORIES, SHARES, print_fit
 from result_tables.law_tables import draw, law_table
 from shared import common
 from shared.common import append_results, print_table
-from shared.public_arms import panda
+from shared.public_arms import iiwa, panda
 from shared.stored import read_lines
 
 from drake_tracker import load_scenario
@@ -43,13 +45,10 @@ from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
 
-FIRST_SEED = {"fit": 84000, "cells": 87000}
 RESULTS = common.RESULTS / "success_law.jsonl"
 PICTURE = Path(__file__).parent.parent / "docs" / "images" / "success_law.png"
 PACKAGED = Path(train.__file__).with_name("train_vision.yaml")
 """The measured error of the packaged cameras."""
-RUNS = {"fit": 1300, "cells": 300}
-"""Runs of the fit, and of each cell."""
 PATIENCE = 12.0
 """Simulated time [s] after which a run without a launch ends."""
 ARMS = {
@@ -57,7 +56,9 @@ ARMS = {
     "UR5e": "!UR5e {}",
     "seven joints": "!Custom {call: shared.public_arms.seven_with_jaws}",
     "Panda": "!Custom {call: shared.public_arms.panda}",
+    "iiwa": "!Custom {call: shared.public_arms.iiwa}",
 }
+PUBLIC_ARMS = {"Panda": panda, "iiwa": iiwa}
 ESTIMATORS = {
     "arc length": "!ArcLength {}",
     "coordinated turn": "!CoordinatedTurn {}",
@@ -65,7 +66,7 @@ ESTIMATORS = {
     "alpha-beta-gamma": "!AlphaBetaGamma {}",
 }
 PATHS = ("oval", "stadium", "figure_eight", "random_walk")
-"""Families of paths of the fit. `circle` and *lobes* are in cells only."""
+"""Families of paths that a seed draws."""
 
 
 def drawn(seed):
@@ -99,8 +100,8 @@ def log_uniform(rng, low, high):
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-GAMMA = "alpha-beta-gamma"
-CELLS = {
+FITTED = {
+    "": {},
     "Panda, ovals": {"arm": "Panda", "path": "oval", "speed": 0.2},
     "Panda, stadiums, blind": {"arm": "Panda", "path": "stadium", "descent": "blind", "speed": 0.12},
     "Panda, figures of eight": {"arm": "Panda", "path": "figure_eight", "speed": 0.1, "lag": 15},
@@ -109,18 +110,34 @@ CELLS = {
     "lobes, blind": {"path": "lobes", "descent": "blind", "speed": 0.07},
     "lobes, noisy": {"path": "lobes", "noise": 5.0, "speed": 0.08},
     "circles, narrow jaws": {"path": "circle", "jaws": 0.055, "speed": 0.2},
+}
+"""{group of the fit: what all its runs have in common}; the seed draws the rest."""
+GAMMA = "alpha-beta-gamma"
+CELLS = {
+    "iiwa, ovals": {"arm": "iiwa", "path": "oval", "speed": 0.15},
+    "iiwa, stadiums, blind": {"arm": "iiwa", "path": "stadium", "descent": "blind", "speed": 0.12},
+    "iiwa, figures of eight": {"arm": "iiwa", "path": "figure_eight", "speed": 0.08, "lag": 10},
+    "iiwa, circles, fast": {"arm": "iiwa", "path": "circle", "speed": 0.25},
+    "Lissajous": {"path": "lissajous", "speed": 0.1, "lag": 10},
+    "Lissajous, blind": {"path": "lissajous", "descent": "blind", "speed": 0.07},
+    "Lissajous, noisy": {"path": "lissajous", "noise": 4.0, "speed": 0.08},
+    "iiwa, Lissajous": {"arm": "iiwa", "path": "lissajous", "speed": 0.07},
     "alpha-beta-gamma": {"estimator": GAMMA, "speed": 0.15, "lag": 10},
     "alpha-beta-gamma, blind": {"estimator": GAMMA, "descent": "blind", "speed": 0.1},
     "alpha-beta-gamma, walks": {"estimator": GAMMA, "path": "random_walk", "speed": 0.1, "lag": 6},
-    "Panda, lobes, alpha-beta-gamma": {"arm": "Panda", "path": "lobes", "estimator": GAMMA, "speed": 0.1},
+    "iiwa, Lissajous, alpha-beta-gamma": {"arm": "iiwa", "path": "lissajous", "estimator": GAMMA, "speed": 0.08},
 }
-"""{cell: what all its runs have in common}; the seed draws the rest as for the fit. *Lobes* are closed curves whose
-curvature changes all the time (`lobes_file`)."""
+"""{cell: what all its runs have in common}; the seed draws the rest."""
+PARTS = {"fit": FITTED, "cells": CELLS}
+FIRST_SEED = {"": 84000, **dict.fromkeys(list(FITTED)[1:], 87000), **dict.fromkeys(CELLS, 88000)}
+"""{group or cell: its first seed}."""
+RUNS = {**dict.fromkeys(FIRST_SEED, 300), "": 1300}
+"""{group or cell: its runs}."""
 
 
 def condition_of(part, cell, seed):
     """Returns the condition of a run."""
-    return {**drawn(seed), **(CELLS[cell] if part == "cells" else {})}
+    return {**drawn(seed), **PARTS[part][cell]}
 
 
 def scenario_of(condition, seed, folder):
@@ -143,21 +160,35 @@ def scenario_of(condition, seed, folder):
     }
     if condition["path"] == "random_walk":
         settings["track.length"] = 2.0
-    elif condition["path"] == "lobes":
-        settings |= {"track.kind": "csv", "track.csv": lobes_file(rng, folder)}
+    elif condition["path"] in CURVES:
+        settings |= {"track.kind": "csv", "track.csv": curve_file(CURVES[condition["path"]], rng, folder)}
     if condition["body"] == "cube":
         settings |= {"train.body": "cube", "track.turns": "false"}
     return load_scenario("train:guided", seed=seed, overrides=[f"{key}={value}" for key, value in settings.items()])
 
 
-def lobes_file(rng, folder):
-    """Writes a closed track with lobes, of random size and in a random place, to a file; returns its path."""
+def lobes(rng, angle):
+    """Returns the points of a closed curve with lobes, of random size, over an angle, shape (n, 2) [m]."""
     count, depth, radius = rng.integers(3, 7), rng.uniform(0.04, 0.15), rng.uniform(0.11, 0.14)
-    angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
     distance = radius * (1.0 + depth * np.cos(count * (angle - rng.uniform(0.0, 2.0 * np.pi))))
-    x, y = np.array([0.56, 0.0]) + rng.uniform(-0.02, 0.02, 2)
-    points = np.column_stack([x + distance * np.cos(angle), y + distance * np.sin(angle)])
-    path = Path(folder) / "lobes.csv"
+    middle = rng.uniform(-0.02, 0.02, 2)
+    return middle + distance[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def lissajous(rng, angle):
+    """Returns the points of a Lissajous curve of three and two periods and of random size, as `lobes`."""
+    sizes, phase = rng.uniform([0.09, 0.12], [0.14, 0.19]), rng.uniform(-0.12, 0.12)
+    return rng.uniform(-0.02, 0.02, 2) + sizes * np.column_stack([np.sin(3.0 * angle + phase), np.sin(2.0 * angle)])
+
+
+CURVES = {"lobes": lobes, "lissajous": lissajous}
+"""{family of closed curves: its points over an angle}; their curvature changes all the time."""
+
+
+def curve_file(curve, rng, folder):
+    """Writes a random closed curve around the middle of the table to a file; returns its path."""
+    path = Path(folder) / "curve.csv"
+    points = [0.56, 0.0] + curve(rng, np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False))
     np.savetxt(path, points, delimiter=",", header="x,y", comments="", fmt="%.6f")
     return path
 
@@ -202,7 +233,7 @@ def features(scenario, condition):
         **{f"arm_{name}": round(value, 3) for name, value in limits._asdict().items()},
         "bend_max": round(float(np.max(np.abs(bend))), 2),
         "bend_rms": round(float(np.sqrt(np.mean(bend**2))), 2),
-        "strays": [quantiles(bend, speed * (horizon + AGE), speed * memory, room, grasp) for memory in MEMORIES],
+        "strays": [quantiles(bend, speed * (horizon + AGE), memory, room, grasp) for memory in MEMORIES],
     }
 
 
@@ -219,8 +250,8 @@ def run_one(job):
     start = time.monotonic()
     condition = condition_of(part, cell, seed)
     try:
-        if condition["arm"] == "Panda":
-            panda()  # raises OSError where its file is not installed: that is no refused layout
+        if condition["arm"] in PUBLIC_ARMS:
+            PUBLIC_ARMS[condition["arm"]]()  # raises OSError where its file is not installed: that is no refused layout
         with tempfile.TemporaryDirectory() as folder:
             scenario = scenario_of(condition, seed, folder)
             found = {**features(scenario, condition), **first_descent(scenario, PATIENCE)}
@@ -238,8 +269,8 @@ def describe(row):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--part", choices=RUNS, help="runs of one part (default: of both)")
-    parser.add_argument("--runs", type=int, help="runs of the fit, or of each cell")
+    parser.add_argument("--part", choices=PARTS, help="runs of one part (default: of both)")
+    parser.add_argument("--runs", type=int, help="runs of each group or cell")
     parser.add_argument("--first-seed", type=int)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
@@ -253,10 +284,11 @@ def main():
         print_table(*law_table(rows))
         return draw(rows, PICTURE if options.results == RESULTS else options.results.with_suffix(".png"))
     jobs = []
-    for part in [options.part] if options.part else RUNS:
-        first = FIRST_SEED[part] if options.first_seed is None else options.first_seed
-        for k in range(options.runs or RUNS[part]):
-            jobs += [(part, cell, first + k) for cell in (CELLS if part == "cells" else [""])]
+    for part in [options.part] if options.part else PARTS:
+        for cell in PARTS[part]:
+            first = FIRST_SEED[cell] if options.first_seed is None else options.first_seed
+            jobs += [(k, (part, cell, first + k)) for k in range(options.runs or RUNS[cell])]
+    jobs = [job for _, job in sorted(jobs)]
     done = {(row["part"], row["cell"], row["seed"]) for row in read_lines(options.results)}
     append_results(run_one, [job for job in jobs if job not in done], options.results, options.workers, describe)
 

@@ -7,11 +7,11 @@ from scipy.optimize import minimize
 from shared.common import print_table
 
 from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
-from drake_tracker.grasp.success_law import LAW, HandLimits, Law, demand, followed_share, held_share
+from drake_tracker.grasp.success_law import LAW, HandLimits, Law, demand, followed_share, held_share, spread
 
-SHARES = np.linspace(0.0, 1.0, 26)
-MEMORIES = (0.0, 0.3, 0.6, 0.9)
-"""Memories of the filter [s] for which the stray of the path is computed."""
+SHARES = np.linspace(0.0, 1.0, 17)
+MEMORIES = (0.005, 0.03, 0.06, 0.1, 0.15, 0.22, 0.35)
+"""Lengths over which the filter averages the curvature [m], for which the stray of the path is computed."""
 NUMBERS = (
     *("horizon_s", "room_m", "noise_m", "speed", "bend_rms", "turns"),
     *(f"arm_{name}" for name in HandLimits._fields),
@@ -23,13 +23,18 @@ def predicted(law, rows):
     """Returns the probability of success of each row, shape (n,)."""
     column = {key: np.array([row[key] for row in rows], dtype=float) for key in NUMBERS}
     tables, horizon, room = np.array([row["strays"] for row in rows]), column["horizon_s"], column["room_m"]
-    place = min(law.memory / MEMORIES[1], len(MEMORIES) - 1.001)
-    low, weight = int(place), place % 1.0
-    quantiles = (1.0 - weight) * tables[:, low] + weight * tables[:, low + 1]
+    memory = law.memory * column["speed"] + law.chord * column["noise_m"]
+    place = np.interp(memory, MEMORIES, range(len(MEMORIES)))
+    low = np.minimum(place.astype(int), len(MEMORIES) - 2)
+    weight, each = (place - low)[:, None], range(len(rows))
+    quantiles = (1.0 - weight) * tables[each, low] + weight * tables[each, low + 1]
     quantiles[is_known(rows)] = 0.0
-    held = held_share(law, 0.5 * (quantiles[:, 1:] + quantiles[:, :-1]), column["noise_m"], room)
+    turns = column["turns"] > 0.0
+    held = held_share(
+        0.5 * (quantiles[:, 1:] + quantiles[:, :-1]), spread(law, column["noise_m"], horizon, turns) / room
+    )
     limits = HandLimits(*(column[f"arm_{name}"] for name in HandLimits._fields))
-    followed = followed_share(law, demand(column["speed"], column["bend_rms"], column["turns"] > 0.0, limits))
+    followed = followed_share(law, demand(column["speed"], column["bend_rms"], turns, limits))
     return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION)
 
 

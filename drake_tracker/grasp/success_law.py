@@ -3,7 +3,8 @@
 The hand relies on a prediction for a *horizon*: the lag of vision, and the time in which the hand can no longer follow.
 A filter on an unknown path continues it as an arc, whose curvature is the mean over the filter's memory. A grasp
 therefore succeeds where the path strays from this arc, within the horizon, by less than the jaws tolerate, if noise
-does not displace the prediction and the arm can follow. All quantities enter as ratios.
+does not displace the prediction and the arm can follow. Against noise, a filter needs longer chords. The error of an
+arc through noisy points grows with the square of the horizon. All quantities enter as ratios.
 """
 
 import math
@@ -20,9 +21,9 @@ from drake_tracker.grasp.descent import RESPONSE, time_to_touch
 
 AGE = 0.05
 """Age of a prediction when the servo relies on it, besides the lag of vision [s]; found with `LAW` on the same runs."""
-TURN = math.radians(31.0)
+TURN = math.radians(24.0)
 """Error of the direction that uses up all room between the jaws [rad]; found as `AGE`."""
-SLIDE = 1.3
+SLIDE = 0.8
 """Error along the jaws that loses an object, over half of its length; found as `AGE`."""
 STEP = 0.001
 """Distance between places of a path [m]."""
@@ -49,23 +50,29 @@ class Law(NamedTuple):
     """The constants of the law.
 
     Attributes:
-        memory: time over which the filter averages the curvature of the path [s].
-        gain: standard deviation of a predicted place over the noise of a measured point.
-        hand: standard deviation of what else displaces the hand from the object [m].
+        memory: time over which a filter of points without noise averages the curvature of the path [s].
+        chord: by how many standard deviations of a measured point the path is longer over which it does.
+        growth: horizon at which the standard deviation of a predicted place is twice that of the present place [s].
+        gain: standard deviation of a place predicted for now, over the noise of a measured point.
+        hand: standard deviation of what else displaces the hand from an object that is there now [m].
         steepness: exponent of the share of the arm's limits that the object demands.
+        oblique: factor of both standard deviations where the object turns with its path: the jaws turn with it.
     """
 
     memory: float
+    chord: float
+    growth: float
     gain: float
     hand: float
     steepness: float
+    oblique: float
 
 
 UNCERTAINTY = 0.2
 """Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.09 at most
 in the cells of `benchmarks/success_law.py --part cells`."""
-LAW = Law(memory=0.65, gain=1.68, hand=0.0066, steepness=5.3)
-"""Fitted to 1,293 runs on measured vision (`benchmarks/success_law.py --fit`)."""
+LAW = Law(memory=0.44, chord=8.9, growth=0.75, gain=1.06, hand=0.0033, steepness=5.1, oblique=1.49)
+"""Fitted to 3,690 runs on measured vision (`benchmarks/success_law.py --fit`)."""
 
 
 def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
@@ -140,17 +147,30 @@ def stray_ratios(curvature: np.ndarray, distance: float, memory: float, room: fl
     return np.maximum(beside, np.abs(along) / (SLIDE * reach))
 
 
-def held_share(law: Law, ratios: np.ndarray, noise: float | np.ndarray, room: float | np.ndarray) -> np.ndarray:
-    """Returns the share of descents at whose end the object is between the jaws, if the arm can follow.
+def spread(
+    law: Law, noise: float | np.ndarray, horizon: float | np.ndarray, turns: bool | np.ndarray
+) -> float | np.ndarray:
+    """Returns the standard deviation of the object's place between the jaws [m], without what the path strays.
 
     Args:
         law: the constants.
-        ratios: how far the path strays at its places, as a share of what the jaws tolerate, shape (..., m).
-        noise: standard deviation of a measured point, per axis, shape (...) [m].
-        room: largest error across the path, shape (...) [m].
+        noise: standard deviation of a measured point, per axis [m].
+        horizon: from a measurement until the hand no longer follows [s].
+        turns: whether the object turns with its path.
     """
-    spread = np.asarray(np.hypot(law.gain * noise, law.hand) / room)[..., None]
-    return np.mean(ndtr((1.0 - ratios) / spread) - ndtr((-1.0 - ratios) / spread), axis=-1)
+    growth = 1.0 + (horizon / law.growth) ** 2
+    return np.hypot(law.gain * noise, law.hand) * growth * np.where(turns, law.oblique, 1.0)
+
+
+def held_share(ratios: np.ndarray, spread: float | np.ndarray) -> np.ndarray:
+    """Returns the share of descents at whose end the object is between the jaws, if the arm can follow.
+
+    Args:
+        ratios: how far the path strays at its places, as a share of what the jaws tolerate, shape (..., m).
+        spread: standard deviation of the object's place, as a share of the same, shape (...).
+    """
+    width = np.asarray(spread)[..., None]
+    return np.mean(ndtr((1.0 - ratios) / width) - ndtr((-1.0 - ratios) / width), axis=-1)
 
 
 def demand(
@@ -214,11 +234,12 @@ def predict(law: Law, situation: Situation) -> tuple[float, float]:
     room = 0.5 * (grasp.jaw_opening - grasp.object_width)
     reach = None if grasp.turns else grasp.reach
     speed = situation.speed
-    ratios = stray_ratios(situation.curvature, speed * (horizon + AGE), speed * law.memory, room, reach)
+    memory = speed * law.memory + law.chord * situation.noise
+    ratios = stray_ratios(situation.curvature, speed * (horizon + AGE), memory, room, reach)
     ratios = np.zeros(1) if situation.known else ratios
     bend = float(np.sqrt(np.mean(situation.curvature**2)))
     followed = float(followed_share(law, demand(situation.speed, bend, grasp.turns, situation.limits)))
-    held = float(held_share(law, ratios, situation.noise, room))
+    held = float(held_share(ratios, spread(law, situation.noise, horizon, grasp.turns) / room))
     return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION), followed
 
 

@@ -27,6 +27,7 @@ from drake_tracker.grasp.success_law import (
     held_share,
     limiting,
     predict,
+    spread,
     strays,
 )
 from drake_tracker.tasks.train.setup import resolve
@@ -83,11 +84,15 @@ def test_the_limits_of_the_hand_are_reached_by_a_joint_and_exceeded_by_none(desc
 
 
 def test_without_strays_only_noise_counts():
-    noise, room = 0.01, 0.02
-    spread = math.hypot(LAW.gain * noise, LAW.hand) / room
-    assert held_share(LAW, np.zeros(3), noise, room) == pytest.approx(2.0 * ndtr(1.0 / spread) - 1.0)
-    half = held_share(LAW, np.array([0.0, 50.0]), 0.0, 1.0)
-    assert half == pytest.approx(0.5), "half of the places stray too far"
+    assert held_share(np.zeros(3), 0.4) == pytest.approx(2.0 * ndtr(1.0 / 0.4) - 1.0)
+    assert held_share(np.array([0.0, 50.0]), 0.01) == pytest.approx(0.5), "half of the places stray too far"
+
+
+def test_the_place_spreads_with_noise_and_horizon_and_more_for_an_object_that_turns():
+    noise, now = 0.01, spread(LAW, 0.01, 0.0, False)
+    assert now == pytest.approx(math.hypot(LAW.gain * noise, LAW.hand))
+    assert spread(LAW, noise, LAW.growth, False) == pytest.approx(2.0 * now)
+    assert spread(LAW, noise, 2.0 * LAW.growth, True) == pytest.approx(5.0 * LAW.oblique * now)
 
 
 @pytest.mark.parametrize(
