@@ -69,7 +69,7 @@ class Law(NamedTuple):
 
 
 UNCERTAINTY = 0.2
-"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.09 at most
+"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.12 at most
 in the cells of `benchmarks/success_law.py --part cells`."""
 LAW = Law(memory=0.44, chord=8.9, growth=0.75, gain=1.06, hand=0.0033, steepness=5.1, oblique=1.49)
 """Fitted to 3,690 runs on measured vision (`benchmarks/success_law.py --fit`)."""
