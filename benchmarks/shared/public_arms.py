@@ -32,6 +32,15 @@ _GRIPPER = {
     "finger_stiffness": PUMA560.finger_stiffness,
     "finger_damping": PUMA560.finger_damping,
 }
+_ON_PEDESTAL = {
+    "hand_link": PUMA560.hand_link,
+    "tool_frame": PUMA560.tool_frame,
+    "servo_inertia": (2.0, 2.5, 1.2, 1.0, 0.2, 0.2, 0.1),
+    "servo_bandwidth": (60.0, 60.0, 60.0, 60.0, 40.0, 40.0, 40.0),
+    "base_height": 0.3,
+    **_GRIPPER,
+}
+"""What the arms of seven joints on a pedestal have in common; the servos are chosen."""
 
 
 def seven_with_jaws() -> ArmDescription:
@@ -45,13 +54,8 @@ def panda() -> ArmDescription:
         arm_url=_bare(PANDA, hand=("panda_hand", "panda_leftfinger", "panda_rightfinger", "panda_finger")),
         base_link="panda_link0",
         flange="panda_link8",
-        hand_link=PUMA560.hand_link,
-        tool_frame=PUMA560.tool_frame,
-        servo_inertia=(2.0, 2.5, 1.2, 1.0, 0.2, 0.2, 0.1),
-        servo_bandwidth=(60.0, 60.0, 60.0, 60.0, 40.0, 40.0, 40.0),
         q_start=(0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785),
-        base_height=0.3,
-        **_GRIPPER,
+        **_ON_PEDESTAL,
     )
 
 
@@ -61,13 +65,8 @@ def iiwa() -> ArmDescription:
         arm_url=_bare(IIWA, limits=IIWA_LIMITS),
         base_link="lbr_iiwa_link_0",
         flange="lbr_iiwa_link_7",
-        hand_link=PUMA560.hand_link,
-        tool_frame=PUMA560.tool_frame,
-        servo_inertia=(2.0, 2.5, 1.2, 1.0, 0.2, 0.2, 0.1),
-        servo_bandwidth=(60.0, 60.0, 60.0, 60.0, 40.0, 40.0, 40.0),
         q_start=(0.0, 0.4, 0.0, -1.8, 0.0, 0.9, 0.0),
-        base_height=0.3,
-        **_GRIPPER,
+        **_ON_PEDESTAL,
     )
 
 

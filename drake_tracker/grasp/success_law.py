@@ -51,12 +51,12 @@ class Law(NamedTuple):
 
     Attributes:
         memory: time over which a filter of points without noise averages the curvature of the path [s].
-        chord: by how many standard deviations of a measured point the path is longer over which it does.
+        chord: length of path that is averaged besides, over the standard deviation of a measured point.
         growth: horizon at which the standard deviation of a predicted place is twice that of the present place [s].
         gain: standard deviation of a place predicted for now, over the noise of a measured point.
         hand: standard deviation of what else displaces the hand from an object that is there now [m].
         steepness: exponent of the share of the arm's limits that the object demands.
-        oblique: factor of both standard deviations where the object turns with its path: the jaws turn with it.
+        oblique: factor of both standard deviations for an object that turns with its path and may lie obliquely.
     """
 
     memory: float
@@ -162,14 +162,14 @@ def spread(
     return np.hypot(law.gain * noise, law.hand) * growth * np.where(turns, law.oblique, 1.0)
 
 
-def held_share(ratios: np.ndarray, spread: float | np.ndarray) -> np.ndarray:
+def held_share(ratios: np.ndarray, width: float | np.ndarray) -> np.ndarray:
     """Returns the share of descents at whose end the object is between the jaws, if the arm can follow.
 
     Args:
         ratios: how far the path strays at its places, as a share of what the jaws tolerate, shape (..., m).
-        spread: standard deviation of the object's place, as a share of the same, shape (...).
+        width: standard deviation of the object's place (`spread`), as a share of the same, shape (...).
     """
-    width = np.asarray(spread)[..., None]
+    width = np.asarray(width)[..., None]
     return np.mean(ndtr((1.0 - ratios) / width) - ndtr((-1.0 - ratios) / width), axis=-1)
 
 
