@@ -13,7 +13,7 @@ that has not begun a descent within `PATIENCE` has failed.
 - ``cells``: each cell has an arm, a family of paths or an estimator that ``fit`` does not have; the seed draws the
   rest.
 
-Two arms need a package: ``pip install --no-deps example-robot-data==6.0.0 pybullet==3.2.7``.
+Three arms need a package: ``pip install --no-deps example-robot-data==6.0.0 pybullet==3.2.7``.
 
 Each run becomes a line of ``results/success_law.jsonl`` as soon as it ends.
 """
@@ -34,13 +34,13 @@ from methods.law_fit import MEMORIES, SHARES, print_fit
 from result_tables.law_tables import draw, law_table
 from shared import common
 from shared.common import append_results, print_table
-from shared.public_arms import iiwa, panda
+from shared.public_arms import iiwa, panda, ur10
 from shared.stored import read_lines
 
 from drake_tracker import load_scenario
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.grasp.success_law import AGE, STEP, hand_limits, law_horizon, stray_ratios
+from drake_tracker.grasp.success_law import AGE, STEP, demand, hand_limits, law_horizon, stray_ratios
 from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
@@ -57,8 +57,9 @@ ARMS = {
     "seven joints": "!Custom {call: shared.public_arms.seven_with_jaws}",
     "Panda": "!Custom {call: shared.public_arms.panda}",
     "iiwa": "!Custom {call: shared.public_arms.iiwa}",
+    "UR10": "!Custom {call: shared.public_arms.ur10}",
 }
-PUBLIC_ARMS = {"Panda": panda, "iiwa": iiwa}
+PUBLIC_ARMS = {"Panda": panda, "iiwa": iiwa, "UR10": ur10}
 ESTIMATORS = {
     "arc length": "!ArcLength {}",
     "coordinated turn": "!CoordinatedTurn {}",
@@ -110,10 +111,6 @@ FITTED = {
     "lobes, blind": {"path": "lobes", "descent": "blind", "speed": 0.07},
     "lobes, noisy": {"path": "lobes", "noise": 5.0, "speed": 0.08},
     "circles, narrow jaws": {"path": "circle", "jaws": 0.055, "speed": 0.2},
-}
-"""{group of the fit: what all its runs have in common}; the seed draws the rest."""
-GAMMA = "alpha-beta-gamma"
-CELLS = {
     "iiwa, ovals": {"arm": "iiwa", "path": "oval", "speed": 0.15},
     "iiwa, stadiums, blind": {"arm": "iiwa", "path": "stadium", "descent": "blind", "speed": 0.12},
     "iiwa, figures of eight": {"arm": "iiwa", "path": "figure_eight", "speed": 0.08, "lag": 10},
@@ -122,16 +119,34 @@ CELLS = {
     "Lissajous, blind": {"path": "lissajous", "descent": "blind", "speed": 0.07},
     "Lissajous, noisy": {"path": "lissajous", "noise": 4.0, "speed": 0.08},
     "iiwa, Lissajous": {"arm": "iiwa", "path": "lissajous", "speed": 0.07},
-    "alpha-beta-gamma": {"estimator": GAMMA, "speed": 0.15, "lag": 10},
-    "alpha-beta-gamma, blind": {"estimator": GAMMA, "descent": "blind", "speed": 0.1},
-    "alpha-beta-gamma, walks": {"estimator": GAMMA, "path": "random_walk", "speed": 0.1, "lag": 6},
-    "iiwa, Lissajous, alpha-beta-gamma": {"arm": "iiwa", "path": "lissajous", "estimator": GAMMA, "speed": 0.08},
+}
+"""{group of the fit: what all its runs have in common}; the seed draws the rest."""
+GAMMA = "alpha-beta-gamma"
+CELLS = {
+    "UR10": {"arm": "UR10", "speed": 0.15},
+    "UR10, blind": {"arm": "UR10", "descent": "blind", "speed": 0.1},
+    "UR10, figures of eight": {"arm": "UR10", "path": "figure_eight", "speed": 0.1, "lag": 15},
+    "UR10, ovals, fast": {"arm": "UR10", "path": "oval", "speed": 0.25},
+    "superellipses": {"path": "superellipse", "speed": 0.12, "lag": 10},
+    "superellipses, blind": {"path": "superellipse", "descent": "blind", "speed": 0.08},
+    "superellipses, noisy": {"path": "superellipse", "noise": 4.0, "speed": 0.1},
+    "superellipses, late": {"path": "superellipse", "lag": 25, "speed": 0.08},
+    "UR10, superellipses": {"arm": "UR10", "path": "superellipse", "speed": 0.1},
+    "alpha-beta-gamma": {"estimator": GAMMA, "speed": 0.12, "lag": 8},
+    "alpha-beta-gamma, blind": {"estimator": GAMMA, "descent": "blind", "speed": 0.08},
+    "UR10, superellipses, alpha-beta-gamma": {
+        "arm": "UR10",
+        "path": "superellipse",
+        "estimator": GAMMA,
+        "speed": 0.08,
+    },
 }
 """{cell: what all its runs have in common}; the seed draws the rest."""
 PARTS = {"fit": FITTED, "cells": CELLS}
-FIRST_SEED = {"": 84000, **dict.fromkeys(list(FITTED)[1:], 87000), **dict.fromkeys(CELLS, 88000)}
+FIRST_SEED = {name: 88000 if name.startswith(("iiwa", "Lissajous")) else 87000 for name in FITTED}
+FIRST_SEED |= {"": 84000, **dict.fromkeys(CELLS, 89000)}
 """{group or cell: its first seed}."""
-RUNS = {**dict.fromkeys(FIRST_SEED, 300), "": 1300}
+RUNS = {name: 206 if first == 88000 else 300 for name, first in FIRST_SEED.items()} | {"": 1300}
 """{group or cell: its runs}."""
 
 
@@ -181,7 +196,15 @@ def lissajous(rng, angle):
     return rng.uniform(-0.02, 0.02, 2) + sizes * np.column_stack([np.sin(3.0 * angle + phase), np.sin(2.0 * angle)])
 
 
-CURVES = {"lobes": lobes, "lissajous": lissajous}
+def superellipse(rng, angle):
+    """Returns the points of a superellipse of random size and exponent, as `lobes`."""
+    sizes, exponent = rng.uniform([0.07, 0.12], [0.14, 0.20]), rng.uniform(2.5, 4.0)
+    ways = np.column_stack([np.cos(angle), np.sin(angle)])
+    distance = np.sum(np.abs(ways / sizes) ** exponent, axis=1) ** (-1.0 / exponent)
+    return rng.uniform(-0.02, 0.02, 2) + distance[:, None] * ways
+
+
+CURVES = {"lobes": lobes, "lissajous": lissajous, "superellipse": superellipse}
 """{family of closed curves: its points over an angle}; their curvature changes all the time."""
 
 
@@ -220,7 +243,10 @@ def features(scenario, condition):
     room = 0.5 * (grasp.jaw_opening - grasp.object_width)
     places = np.arange(0.5 * STEP, track.length * (2.0 if track.closed else 1.0), STEP)
     bend = track.curvature(places)
+    rms = float(np.sqrt(np.mean(bend**2)))
     limits = hand_limits(setup.reach.model, setup.reach.q_initial)
+    reach, parabola = None if grasp.turns else grasp.reach, condition["estimator"] == GAMMA
+    ratios = lambda memory: stray_ratios(bend, speed * (horizon + AGE), memory, room, reach, parabola)  # noqa: E731
     covariance = packaged_error().covariance(0.0, speed)
     return {
         "horizon_s": round(horizon, 4),
@@ -230,18 +256,11 @@ def features(scenario, condition):
         "length_m": round(track.length, 3),
         "closed": track.closed,
         "noise_m": round(condition["noise"] * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])), 6),
-        **{f"arm_{name}": round(value, 3) for name, value in limits._asdict().items()},
+        "demand": round(demand(speed, rms, grasp.turns, limits), 4),
         "bend_max": round(float(np.max(np.abs(bend))), 2),
-        "bend_rms": round(float(np.sqrt(np.mean(bend**2))), 2),
-        "strays": [quantiles(bend, speed * (horizon + AGE), memory, room, grasp) for memory in MEMORIES],
+        "bend_rms": round(rms, 2),
+        "strays": [np.round(np.quantile(ratios(memory), SHARES), 3).tolist() for memory in MEMORIES],
     }
-
-
-def quantiles(curvature, distance, memory, room, grasp):
-    """Returns the quantiles `SHARES` of how far a path strays within a distance [m], as a share of what the jaws
-    tolerate."""
-    ratios = stray_ratios(curvature, distance, memory, room, None if grasp.turns else grasp.reach)
-    return np.round(np.quantile(ratios, SHARES), 3).tolist()
 
 
 def run_one(job):

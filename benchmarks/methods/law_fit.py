@@ -7,15 +7,12 @@ from scipy.optimize import minimize
 from shared.common import print_table
 
 from drake_tracker.core.timing import PATH_DURATION, SERVO_PERIOD
-from drake_tracker.grasp.success_law import LAW, HandLimits, Law, demand, followed_share, held_share, spread
+from drake_tracker.grasp.success_law import LAW, Law, followed_share, held_share, spread
 
 SHARES = np.linspace(0.0, 1.0, 17)
 MEMORIES = (0.005, 0.03, 0.06, 0.1, 0.15, 0.22, 0.35)
 """Lengths over which the filter averages the curvature [m], for which the stray of the path is computed."""
-NUMBERS = (
-    *("horizon_s", "room_m", "noise_m", "speed", "bend_rms", "turns"),
-    *(f"arm_{name}" for name in HandLimits._fields),
-)
+NUMBERS = ("horizon_s", "room_m", "noise_m", "speed", "turns", "demand")
 """Numbers of a row that the law rests on."""
 
 
@@ -33,9 +30,7 @@ def predicted(law, rows):
     held = held_share(
         0.5 * (quantiles[:, 1:] + quantiles[:, :-1]), spread(law, column["noise_m"], horizon, turns) / room
     )
-    limits = HandLimits(*(column[f"arm_{name}"] for name in HandLimits._fields))
-    followed = followed_share(law, demand(column["speed"], column["bend_rms"], turns, limits))
-    return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION)
+    return held * followed_share(law, column["demand"]) * (horizon + SERVO_PERIOD <= PATH_DURATION)
 
 
 def is_known(rows):

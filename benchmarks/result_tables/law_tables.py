@@ -4,16 +4,15 @@ import numpy as np
 from methods.law_fit import predicted
 from shared.common import interval
 
+from drake_tracker import load_scenario
 from drake_tracker.campaign.rates import wilson
-from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.success_law import LAW, HandLimits, Situation, bends, predict
+from drake_tracker.grasp.success_law import LAW, Situation, bends, hand_limits, predict
+from drake_tracker.tasks.train.setup import resolve
 
 RADII = (0.25, 0.125, 0.06)
 """Of the bends in the chart [m]."""
 STRAIGHT, NOISE = 0.15, 0.0015
 """Length of the straights between the bends [m], and standard deviation of a measured point [m], in the chart."""
-PUMA = HandLimits(0.647, 5.453, 14.053)
-"""Limits of the PUMA 560's hand (`success_law.hand_limits`)."""
 SPEEDS, LAGS = np.linspace(0.02, 0.8, 53), np.linspace(0.0, 0.5, 31)
 LEVELS = (0, 20, 50, 80, 95, 100)
 """Between the shades of the chart [%]."""
@@ -57,7 +56,8 @@ def draw(rows, path):
 
     from drake_tracker.tasks.style import PLOT_STYLE
 
-    grasp = GraspConfig(descent="guided")
+    setup = resolve(load_scenario("train:guided"))
+    limits, grasp = hand_limits(setup.reach.model, setup.reach.q_initial), setup.grasp
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(11, 9), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
@@ -66,7 +66,7 @@ def draw(rows, path):
             path_bends = bends(1.0 / radius, STRAIGHT)
             found = np.array(
                 [
-                    [predict(LAW, Situation(v, lag, NOISE, path_bends, PUMA, grasp)) for v in SPEEDS]
+                    [predict(LAW, Situation(v, lag, NOISE, path_bends, limits, grasp)) for v in SPEEDS]
                     for lag in LAGS
                 ]
             )  # fmt: skip

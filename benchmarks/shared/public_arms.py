@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from drake_tracker.arm.description import FINGERS, PUMA560, SEVEN_JOINT, ArmDescription
+from drake_tracker.arm.description import FINGERS, PUMA560, SEVEN_JOINT, UR5E, ArmDescription
 
 
 class PackagedFile(NamedTuple):
@@ -21,6 +21,9 @@ class PackagedFile(NamedTuple):
 
 PANDA = PackagedFile(
     "example-robot-data==6.0.0", "cmeel.prefix/share/example-robot-data/robots/panda_description/urdf/panda.urdf"
+)
+UR10 = PackagedFile(
+    "example-robot-data==6.0.0", "cmeel.prefix/share/example-robot-data/robots/ur_description/urdf/ur10_robot.urdf"
 )
 IIWA = PackagedFile("pybullet==3.2.7", "pybullet_data/kuka_iiwa/model.urdf")
 IIWA_LIMITS = ((85, 320), (85, 320), (100, 176), (75, 176), (130, 110), (135, 40), (135, 40))
@@ -67,6 +70,18 @@ def iiwa() -> ArmDescription:
         flange="lbr_iiwa_link_7",
         q_start=(0.0, 0.4, 0.0, -1.8, 0.0, 0.9, 0.0),
         **_ON_PEDESTAL,
+    )
+
+
+def ur10() -> ArmDescription:
+    """Returns the UR10 with the gripper."""
+    return replace(
+        UR5E,
+        arm_url=_bare(UR10, hand=("world",)),
+        base_link="base_link",
+        flange="tool0",
+        servo_inertia=(7.0, 9.0, 3.0, 0.5, 0.3, 0.2),
+        q_start=(0.0, -1.5, 2.1, -2.2, -1.57, 0.0),
     )
 
 

@@ -42,6 +42,7 @@ def execute(options: Namespace) -> int:
     quiet_drake()
     from drake_tracker.arm.description import ARMS
     from drake_tracker.core.timing import VISION_PERIOD
+    from drake_tracker.estimation.config import AlphaBetaGamma
     from drake_tracker.grasp.success_law import LAW, UNCERTAINTY, Situation, bends, hand_limits, limiting, predict
     from drake_tracker.tasks import load_scenario
     from drake_tracker.tasks.train.setup import resolve
@@ -62,6 +63,7 @@ def execute(options: Namespace) -> int:
         hand_limits(setup.reach.model, setup.reach.q_initial),
         setup.grasp,
         options.known,
+        isinstance(scenario.estimator, AlphaBetaGamma),
     )
     success, bound = predict(LAW, situation)
     low, high = max(success - UNCERTAINTY, 0.0), min(success + UNCERTAINTY, 1.0)

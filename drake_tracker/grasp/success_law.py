@@ -33,17 +33,17 @@ _DIRECTIONS = np.linspace(0.0, np.pi, 16, endpoint=False)
 
 
 class HandLimits(NamedTuple):
-    """What a hand that points down can do, in the horizontal direction in which it can do least.
+    """What following an object takes from an arm whose hand points down and moves in each of m horizontal directions.
 
     Attributes:
-        speed: largest speed [m/s].
-        turn: largest rate of turn about the vertical [rad/s].
-        acceleration: largest acceleration [m/s^2].
+        speed: share of the rated speed of each of n joints, over the speed of the hand [s/m], shape (m, n).
+        turn: the same over its rate of turn about the vertical [s/rad], shape (n,).
+        acceleration: largest share of a rated torque, over its acceleration across the direction [s^2/m], shape (m,).
     """
 
-    speed: float
-    turn: float
-    acceleration: float
+    speed: np.ndarray
+    turn: np.ndarray
+    acceleration: np.ndarray
 
 
 class Law(NamedTuple):
@@ -55,7 +55,8 @@ class Law(NamedTuple):
         growth: horizon at which the standard deviation of a predicted place is twice that of the present place [s].
         gain: standard deviation of a place predicted for now, over the noise of a measured point.
         hand: standard deviation of what else displaces the hand from an object that is there now [m].
-        steepness: exponent of the share of the arm's limits that the object demands.
+        limit: share of the rated speeds and torques at which half of the descents can follow.
+        steepness: exponent of the share that the object demands, over this limit.
         oblique: factor of both standard deviations for an object that turns with its path and may lie obliquely.
     """
 
@@ -64,6 +65,7 @@ class Law(NamedTuple):
     growth: float
     gain: float
     hand: float
+    limit: float
     steepness: float
     oblique: float
 
@@ -71,12 +73,12 @@ class Law(NamedTuple):
 UNCERTAINTY = 0.2
 """Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.12 at most
 in the cells of `benchmarks/success_law.py --part cells`."""
-LAW = Law(memory=0.44, chord=8.9, growth=0.75, gain=1.06, hand=0.0033, steepness=5.1, oblique=1.49)
-"""Fitted to 3,690 runs on measured vision (`benchmarks/success_law.py --fit`)."""
+LAW = Law(memory=0.42, chord=10.1, growth=0.78, gain=1.13, hand=0.0034, limit=1.12, steepness=4.9, oblique=1.51)
+"""Fitted to 5,304 runs on measured vision (`benchmarks/success_law.py --fit`)."""
 
 
 def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
-    """Returns the limits of an arm that follow from the rated speeds and torques of its joints.
+    """Returns what following takes from an arm, as shares of what its joints are rated for, in `_DIRECTIONS`.
 
     Args:
         model: the arm.
@@ -86,25 +88,23 @@ def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
     rest = np.zeros(model.num_joints)
     held = model.drive_torques(q, rest, rest)
     speed, spare = SPEED_SHARE * model.velocity_limit, EFFORT_SHARE * (model.effort_limit - np.abs(held))
-
-    def least(limits: np.ndarray, needed: np.ndarray) -> float:
-        return float(np.min(limits / np.maximum(np.abs(needed), 1e-9)))
-
-    ways = [inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0] for angle in _DIRECTIONS]
-    return HandLimits(
-        min(least(speed, way) for way in ways),
-        least(speed, inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
-        min(least(spare, model.drive_torques(q, rest, way) - held) for way in ways),
-    )
+    along = [inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0] for angle in _DIRECTIONS]
+    across = [inverse @ [0.0, 0.0, 0.0, -math.sin(angle), math.cos(angle), 0.0] for angle in _DIRECTIONS]
+    torques = [np.abs(model.drive_torques(q, rest, way) - held) / spare for way in across]
+    turn = inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0] / speed
+    return HandLimits(np.array(along) / speed, turn, np.max(torques, axis=1))
 
 
-def strays(curvature: np.ndarray, distance: float, memory: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def strays(
+    curvature: np.ndarray, distance: float, memory: float, parabola: bool = False
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns where a path is, a distance ahead, relative to an arc that continues it at each of its places.
 
     Args:
         curvature: of the path from each place to the next, `STEP` apart [1/m], shape (n,).
         distance: from each place to the place ahead [m].
         memory: distance before each place over which the curvature of its arc is the mean [m].
+        parabola: whether the filter takes the acceleration for constant; a parabola then takes the place of the arc.
 
     Returns:
         Offsets of the arc's end across the path and along it [m], and in direction [rad], shape (m,): places less than
@@ -123,13 +123,15 @@ def strays(curvature: np.ndarray, distance: float, memory: float) -> tuple[np.nd
     there = np.interp(ends, travelled, path.real) + 1j * np.interp(ends, travelled, path.imag)
     direction = np.interp(ends, travelled, heading)
     turn = bend * distance
-    chord = distance * np.sinc(0.5 * turn / np.pi) * np.exp(1j * (heading[starts] + 0.5 * turn))
-    offset = (path[starts] + chord - there) * np.exp(-1j * direction)
-    difference = heading[starts] + turn - direction
+    ahead = 1.0 + 0.5j * turn if parabola else np.sinc(0.5 * turn / np.pi) * np.exp(0.5j * turn)
+    offset = (path[starts] + distance * ahead * np.exp(1j * heading[starts]) - there) * np.exp(-1j * direction)
+    difference = heading[starts] + (np.arctan(turn) if parabola else turn) - direction
     return offset.imag, offset.real, np.arctan2(np.sin(difference), np.cos(difference))
 
 
-def stray_ratios(curvature: np.ndarray, distance: float, memory: float, room: float, reach: float | None) -> np.ndarray:
+def stray_ratios(
+    curvature: np.ndarray, distance: float, memory: float, room: float, reach: float | None, parabola: bool = False
+) -> np.ndarray:
     """Returns how far a path strays, as a share of what the jaws tolerate, shape (m,).
 
     Args:
@@ -139,8 +141,9 @@ def stray_ratios(curvature: np.ndarray, distance: float, memory: float, room: fl
         room: largest error across the path [m].
         reach: half of the length of an object that does not turn [m]; None for one that turns with its path: one that
             lies obliquely needs more room.
+        parabola: as for `strays`.
     """
-    across, along, turn = strays(curvature, distance, memory)
+    across, along, turn = strays(curvature, distance, memory, parabola)
     beside = np.abs(across) / room
     if reach is None:
         return beside + np.abs(turn) / TURN
@@ -173,31 +176,29 @@ def held_share(ratios: np.ndarray, width: float | np.ndarray) -> np.ndarray:
     return np.mean(ndtr((1.0 - ratios) / width) - ndtr((-1.0 - ratios) / width), axis=-1)
 
 
-def demand(
-    speed: float | np.ndarray, bend: float | np.ndarray, turns: bool | np.ndarray, limits: HandLimits
-) -> np.ndarray:
-    """Returns what the object demands of the arm, as a share of the limit that it comes nearest to.
+def demand(speed: float, bend: float, turns: bool, limits: HandLimits) -> float:
+    """Returns the share of its rated speeds and torques that the arm needs to follow an object: the largest of all
+    joints, as the mean over the directions of the path.
 
     Args:
         speed: of the object [m/s].
         bend: rms curvature of its path [1/m].
         turns: whether it turns with its path.
-        limits: of the arm; its fields may be arrays.
+        limits: of the arm.
     """
-    turn, acceleration = np.where(turns, speed * bend, 0.0), speed**2 * bend
-    shares = (speed / limits.speed, turn / limits.turn, acceleration / limits.acceleration)
-    return np.max(np.broadcast_arrays(*shares), axis=0)
+    along, turn = speed * limits.speed, speed * bend * turns * limits.turn
+    shares = [np.max(np.abs(along + way * turn), axis=-1) for way in (1.0, -1.0)]
+    return float(np.mean(np.maximum(shares, speed**2 * bend * limits.acceleration)))
 
 
-def followed_share(law: Law, demanded: np.ndarray) -> np.ndarray:
-    """Returns the share of descents that the arm can follow, half of them at its limits: the bound of a controller that
-    predicts perfectly.
+def followed_share(law: Law, demanded: float | np.ndarray) -> float | np.ndarray:
+    """Returns the share of descents that the arm can follow: the bound of a controller that predicts perfectly.
 
     Args:
         law: the constants.
-        demanded: share of the arm's limits (`demand`).
+        demanded: share of what the arm is rated for (`demand`).
     """
-    return 1.0 / (1.0 + demanded**law.steepness)
+    return 1.0 / (1.0 + (demanded / law.limit) ** law.steepness)
 
 
 class Situation(NamedTuple):
@@ -211,6 +212,7 @@ class Situation(NamedTuple):
         limits: of the arm.
         grasp: settings of the grasp, with the size of the object.
         known: whether the filter knows the path.
+        parabola: whether it continues an unknown path as a parabola, as `AlphaBetaGamma` does, not as an arc.
     """
 
     speed: float
@@ -220,6 +222,7 @@ class Situation(NamedTuple):
     limits: HandLimits
     grasp: GraspConfig
     known: bool = False
+    parabola: bool = False
 
 
 def predict(law: Law, situation: Situation) -> tuple[float, float]:
@@ -235,10 +238,10 @@ def predict(law: Law, situation: Situation) -> tuple[float, float]:
     reach = None if grasp.turns else grasp.reach
     speed = situation.speed
     memory = speed * law.memory + law.chord * situation.noise
-    ratios = stray_ratios(situation.curvature, speed * (horizon + AGE), memory, room, reach)
+    ratios = stray_ratios(situation.curvature, speed * (horizon + AGE), memory, room, reach, situation.parabola)
     ratios = np.zeros(1) if situation.known else ratios
     bend = float(np.sqrt(np.mean(situation.curvature**2)))
-    followed = float(followed_share(law, demand(situation.speed, bend, grasp.turns, situation.limits)))
+    followed = float(followed_share(law, demand(speed, bend, grasp.turns, situation.limits)))
     held = float(held_share(ratios, spread(law, situation.noise, horizon, grasp.turns) / room))
     return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION), followed
 
@@ -255,7 +258,7 @@ def law_horizon(grasp: GraspConfig, lag: float) -> float:
 
 def limiting(law: Law, situation: Situation) -> dict[str, float]:
     """Returns {what limits success: the probability without it}, the largest gain first."""
-    lenient = HandLimits(*(math.inf for _ in HandLimits._fields))
+    lenient = HandLimits(*(0.0 * share for share in situation.limits))
     without = {
         "lag": situation._replace(lag=0.0),
         "noise": situation._replace(noise=0.0),

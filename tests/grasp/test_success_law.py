@@ -32,7 +32,8 @@ from drake_tracker.grasp.success_law import (
 )
 from drake_tracker.tasks.train.setup import resolve
 
-LIMITS = HandLimits(0.6, 5.0, 14.0)
+LIMITS = HandLimits(np.full((16, 1), 1.0 / 0.6), np.full(1, 1.0 / 5.0), np.full(16, 1.0 / 14.0))
+"""Of an arm that moves at 0.6 m/s and turns at 5 rad/s with the same joint, and accelerates at 14 m/s^2."""
 GUIDED = GraspConfig(descent="guided")
 USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), LIMITS, GUIDED)
 
@@ -41,6 +42,16 @@ USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), LIMITS, GUIDED)
 def test_a_path_of_constant_curvature_does_not_stray(curvature):
     for errors in strays(np.full(500, curvature), 0.1, 0.0):
         assert len(errors) == 400 and np.abs(errors) == pytest.approx(np.zeros(400), abs=1e-5)
+
+
+def test_a_parabola_strays_from_a_circle_as_geometry_says():
+    curvature, distance = 8.0, 0.1
+    angle = curvature * distance
+    across, along, turn = (errors[0] for errors in strays(np.full(500, curvature), distance, 0.0, parabola=True))
+    end, circle = 1.0 + 0.5j * angle, (np.exp(1j * angle) - 1.0) / (1j * angle)
+    error = distance * (end - circle) * np.exp(-1j * angle)
+    assert [along, across] == pytest.approx([error.real, error.imag], abs=3e-5)
+    assert turn == pytest.approx(math.atan(angle) - angle, abs=1e-2)
 
 
 def test_a_straight_that_becomes_an_arc_strays_as_geometry_says():
@@ -67,20 +78,18 @@ def test_a_memory_takes_the_mean_curvature_for_the_present_one():
 
 
 @pytest.mark.parametrize("description", [PUMA560, UR5E])
-def test_the_limits_of_the_hand_are_reached_by_a_joint_and_exceeded_by_none(description):
+def test_the_joints_that_a_moving_hand_takes_move_the_hand_so(description):
     model = make_arm_model(description)
-    q = np.array(description.q_start)
-    limits, still = hand_limits(model, q), np.zeros(model.num_joints)
-    inverse = np.linalg.inv(model.tool_pose_and_jacobian(q)[1])
-    held = model.drive_torques(q, still, still)
-    spare = EFFORT_SHARE * (model.effort_limit - np.abs(held))
-    speeds, torques = [], []
-    for angle in np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False):
-        way = inverse @ [0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0]
-        speeds.append(np.max(np.abs(limits.speed * way) / (SPEED_SHARE * model.velocity_limit)))
-        change = model.drive_torques(q, still, limits.acceleration * way) - held
-        torques.append(np.max(np.abs(change) / spare))
-    assert max(speeds) == pytest.approx(1.0) and max(torques) == pytest.approx(1.0)
+    q, still = np.array(description.q_start), np.zeros(model.num_joints)
+    limits, jacobian = hand_limits(model, q), model.tool_pose_and_jacobian(q)[1]
+    rated, held = SPEED_SHARE * model.velocity_limit, model.drive_torques(q, still, still)
+    assert jacobian @ (limits.turn * rated) == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-9)
+    for k, angle in enumerate(np.pi * np.arange(16) / 16):
+        rates = limits.speed[k] * rated
+        assert jacobian @ rates == pytest.approx([0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0], abs=1e-9)
+        across = (k + 8) % 16  # the direction at a right angle; the opposite one takes the same
+        change = np.abs(model.drive_torques(q, still, rates) - held) / (EFFORT_SHARE * (model.effort_limit - abs(held)))
+        assert limits.acceleration[across] == pytest.approx(change.max())
 
 
 def test_without_strays_only_noise_counts():
@@ -116,7 +125,8 @@ def test_sharper_bends_and_narrower_jaws_fail_more_often_and_a_known_path_less()
 
 def test_half_of_the_descents_follow_at_the_limit_of_the_arm():
     for speed, bend, turns in ((0.6, 0.0, False), (0.4, 12.5, True), (0.5, 56.0, False)):
-        assert followed_share(LAW, demand(speed, bend, turns, LIMITS)) == pytest.approx(0.5), speed
+        assert demand(speed, bend, turns, LIMITS) == pytest.approx(1.0), speed
+    assert followed_share(LAW, LAW.limit) == pytest.approx(0.5)
 
 
 def test_the_largest_gain_comes_first():
