@@ -55,7 +55,8 @@ RENDERED = {
     "hill with cameras": "train:hill_guided",
 }
 """{group with cameras: its scenario}."""
-RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240, **dict.fromkeys((*THRESHOLDS, *RENDERED), 300)}
+RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240}
+RUNS |= {**dict.fromkeys(THRESHOLDS, 120), **dict.fromkeys(RENDERED, 300)}
 """{group: its runs}; a run of the conveyor has about thirteen descents."""
 FIRST_SEEDS = {**dict.fromkeys(RUNS, 95000), **dict.fromkeys(("guided", *THRESHOLDS), 103000)}
 """{group: its first seed}."""
@@ -211,7 +212,7 @@ def describe(row):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--group", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)} (default: all)")
-    parser.add_argument("--runs", type=int, help="runs of each group (default: 3,000, of the conveyor 240)")
+    parser.add_argument("--runs", type=int, help="runs of each group (default: see `RUNS`)")
     parser.add_argument("--first-seed", type=int, help="of each group (default: 95000 or 103000)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")

@@ -13,7 +13,7 @@ that has not begun a descent within `PATIENCE` has failed.
 - ``cells``: each cell has an arm, a family of paths or an estimator that ``fit`` does not have; the seed draws the
   rest.
 
-Three arms need a package: ``pip install --no-deps example-robot-data==6.0.0 pybullet==3.2.7``.
+Three arms need packages: ``pip install --no-deps example-robot-data==6.0.0 pybullet==3.2.7``.
 
 Each run becomes a line of ``results/success_law.jsonl`` as soon as it ends.
 """

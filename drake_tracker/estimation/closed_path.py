@@ -1,7 +1,7 @@
 """The closed-path estimator: it detects that the path repeats, learns it, and predicts along it.
 
-Until the path has closed, the estimator is the coordinated-turn filter and predicts the same. From then on, the
-estimator only estimates position and speed along the learned path, so that bends ahead are known. The coordinated-turn
+Until the path has closed, the estimator predicts with a coordinated-turn filter for gentle bends. From then on, it only
+estimates position and speed along the learned path, so that bends ahead are known. The coordinated-turn
 filter keeps running and takes over again when the points leave the learned path.
 """
 
