@@ -13,7 +13,7 @@ RADII = (0.25, 0.125, 0.06)
 """Of the bends in the chart [m]."""
 STRAIGHT, NOISE = 0.15, 0.0015
 """Length of the straights between the bends [m], and standard deviation of a measured point [m], in the chart."""
-SPEEDS, LAGS = np.linspace(0.02, 0.8, 53), np.linspace(0.0, 0.5, 31)
+SPEEDS, LAGS = np.linspace(0.02, 1.0, 66), np.linspace(0.0, 0.5, 31)
 LEVELS = (0, 20, 50, 80, 95, 100)
 """Between the shades of the chart [%]."""
 TOLERANCE = 0.07

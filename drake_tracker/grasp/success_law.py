@@ -71,7 +71,7 @@ class Law(NamedTuple):
 
 
 UNCERTAINTY = 0.2
-"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.12 at most
+"""Difference from the predicted share that single paths had; chosen. Populations of paths differ less, by 0.08 at most
 in the cells of `benchmarks/success_law.py --part cells`."""
 LAW = Law(memory=0.42, chord=10.1, growth=0.78, gain=1.13, hand=0.0034, limit=1.12, steepness=4.9, oblique=1.51)
 """Fitted to 5,304 runs on measured vision (`benchmarks/success_law.py --fit`)."""
