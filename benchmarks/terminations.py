@@ -29,6 +29,7 @@ from pathlib import Path
 import av
 import cv2
 from shared import common, stored
+from shared.behaviour_rows import behaviour_of
 
 from drake_tracker.campaign.directory import Record, read_lines
 from drake_tracker.core.errors import DrakeTrackerError
@@ -230,7 +231,8 @@ def main():
             folder.mkdir()
             (folder / RECORDED).symlink_to(Path(scratch, "run", "out"))
             result = terminate(job, references[job[2]], folder)
-            opened.append({**result, "package_versions": package_versions(), "git_commit": git_commit()})
+            origin = {"package_versions": package_versions(), "git_commit": git_commit()}
+            opened.append({**result, **origin, **behaviour_of(RESULTS.stem, result)})
             said = "; ".join(result["problems"]) or "read"
             print(f"{job[0]}: {job[2]}, {job[3]}: exit code {result['exit_code']}, {said}", file=sys.stderr, flush=True)
         rows = [row for row in opened.rows if (row["number"], row["seed"]) in {job[:2] for job in jobs}]
