@@ -40,7 +40,7 @@ from shared.stored import read_lines
 from drake_tracker import load_scenario
 from drake_tracker.campaign.plan import Lost
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.grasp.success_law import AGE, STEP, demand, hand_limits, law_horizon, stray_ratios
+from drake_tracker.grasp.success_law import AGE, STEP, demand, joint_shares, law_horizon, stray_ratios
 from drake_tracker.measured.measured_error_file import load_error, save_error
 from drake_tracker.tasks import train
 from drake_tracker.tasks.train.setup import resolve
@@ -145,9 +145,9 @@ CELLS = {
 PARTS = {"fit": FITTED, "cells": CELLS}
 FIRST_SEED = {name: 88000 if name.startswith(("iiwa", "Lissajous")) else 87000 for name in FITTED}
 FIRST_SEED |= {"": 84000, **dict.fromkeys(CELLS, 89000)}
-"""{group or cell: its first seed}."""
+"""{group or cell: its first seed}; the groups from 87000 and from 88000 on were the cells of earlier laws."""
 RUNS = {name: 206 if first == 88000 else 300 for name, first in FIRST_SEED.items()} | {"": 1300}
-"""{group or cell: its runs}."""
+"""{group or cell: its runs}; those from 88000 on ended early, as the law that they checked had already failed."""
 
 
 def condition_of(part, cell, seed):
@@ -244,7 +244,7 @@ def features(scenario, condition):
     places = np.arange(0.5 * STEP, track.length * (2.0 if track.closed else 1.0), STEP)
     bend = track.curvature(places)
     rms = float(np.sqrt(np.mean(bend**2)))
-    limits = hand_limits(setup.reach.model, setup.reach.q_initial)
+    taken = joint_shares(setup.reach.model, setup.reach.q_initial)
     reach, parabola = None if grasp.turns else grasp.reach, condition["estimator"] == GAMMA
     ratios = lambda memory: stray_ratios(bend, speed * (horizon + AGE), memory, room, reach, parabola)  # noqa: E731
     covariance = packaged_error().covariance(0.0, speed)
@@ -256,7 +256,7 @@ def features(scenario, condition):
         "length_m": round(track.length, 3),
         "closed": track.closed,
         "noise_m": round(condition["noise"] * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])), 6),
-        "demand": round(demand(speed, rms, grasp.turns, limits), 4),
+        "demand": round(demand(speed, rms, grasp.turns, taken), 4),
         "bend_max": round(float(np.max(np.abs(bend))), 2),
         "bend_rms": round(rms, 2),
         "strays": [np.round(np.quantile(ratios(memory), SHARES), 3).tolist() for memory in MEMORIES],

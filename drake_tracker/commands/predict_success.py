@@ -43,7 +43,7 @@ def execute(options: Namespace) -> int:
     from drake_tracker.arm.description import ARMS
     from drake_tracker.core.timing import VISION_PERIOD
     from drake_tracker.estimation.config import AlphaBetaGamma
-    from drake_tracker.grasp.success_law import LAW, UNCERTAINTY, Situation, bends, hand_limits, limiting, predict
+    from drake_tracker.grasp.success_law import LAW, UNCERTAINTY, Situation, bends, joint_shares, limiting, predict
     from drake_tracker.tasks import load_scenario
     from drake_tracker.tasks.train.setup import resolve
 
@@ -60,7 +60,7 @@ def execute(options: Namespace) -> int:
         scenario.vision.lag_cycles * VISION_PERIOD if options.lag is None else options.lag,
         options.noise,
         bends(options.curvature, options.straight),
-        hand_limits(setup.reach.model, setup.reach.q_initial),
+        joint_shares(setup.reach.model, setup.reach.q_initial),
         setup.grasp,
         options.known,
         isinstance(scenario.estimator, AlphaBetaGamma),

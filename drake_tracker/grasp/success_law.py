@@ -32,13 +32,14 @@ PATH_LENGTH = 20.0
 _DIRECTIONS = np.linspace(0.0, np.pi, 16, endpoint=False)
 
 
-class HandLimits(NamedTuple):
-    """What following an object takes from an arm whose hand points down and moves in each of m horizontal directions.
+class JointShares(NamedTuple):
+    """What following an object takes from the joints of an arm, as shares of what they are rated for. The hand points
+    down and moves in each of m horizontal directions.
 
     Attributes:
-        speed: share of the rated speed of each of n joints, over the speed of the hand [s/m], shape (m, n).
-        turn: the same over its rate of turn about the vertical [s/rad], shape (n,).
-        acceleration: largest share of a rated torque, over its acceleration across the direction [s^2/m], shape (m,).
+        speed: share of the rated speed of each of n joints, for each m/s of the hand [s/m], shape (m, n).
+        turn: the same for each rad/s of the hand about the vertical [s/rad], shape (n,).
+        acceleration: largest share of a rated torque, for each m/s^2 across the direction [s^2/m], shape (m,).
     """
 
     speed: np.ndarray
@@ -77,8 +78,8 @@ LAW = Law(memory=0.42, chord=10.1, growth=0.78, gain=1.13, hand=0.0034, limit=1.
 """Fitted to 5,304 runs on measured vision (`benchmarks/success_law.py --fit`)."""
 
 
-def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
-    """Returns what following takes from an arm, as shares of what its joints are rated for, in `_DIRECTIONS`.
+def joint_shares(model: ArmModel, q: np.ndarray) -> JointShares:
+    """Returns what following takes from the joints of an arm, in `_DIRECTIONS`.
 
     Args:
         model: the arm.
@@ -92,7 +93,7 @@ def hand_limits(model: ArmModel, q: np.ndarray) -> HandLimits:
     across = [inverse @ [0.0, 0.0, 0.0, -math.sin(angle), math.cos(angle), 0.0] for angle in _DIRECTIONS]
     torques = [np.abs(model.drive_torques(q, rest, way) - held) / spare for way in across]
     turn = inverse @ [0.0, 0.0, 1.0, 0.0, 0.0, 0.0] / speed
-    return HandLimits(np.array(along) / speed, turn, np.max(torques, axis=1))
+    return JointShares(np.array(along) / speed, turn, np.max(torques, axis=1))
 
 
 def strays(
@@ -176,7 +177,7 @@ def held_share(ratios: np.ndarray, width: float | np.ndarray) -> np.ndarray:
     return np.mean(ndtr((1.0 - ratios) / width) - ndtr((-1.0 - ratios) / width), axis=-1)
 
 
-def demand(speed: float, bend: float, turns: bool, limits: HandLimits) -> float:
+def demand(speed: float, bend: float, turns: bool, taken: JointShares) -> float:
     """Returns the share of its rated speeds and torques that the arm needs to follow an object: the largest of all
     joints, as the mean over the directions of the path.
 
@@ -184,11 +185,11 @@ def demand(speed: float, bend: float, turns: bool, limits: HandLimits) -> float:
         speed: of the object [m/s].
         bend: rms curvature of its path [1/m].
         turns: whether it turns with its path.
-        limits: of the arm.
+        taken: by the joints of the arm.
     """
-    along, turn = speed * limits.speed, speed * bend * turns * limits.turn
+    along, turn = speed * taken.speed, speed * bend * turns * taken.turn
     shares = [np.max(np.abs(along + way * turn), axis=-1) for way in (1.0, -1.0)]
-    return float(np.mean(np.maximum(shares, speed**2 * bend * limits.acceleration)))
+    return float(np.mean(np.maximum(shares, speed**2 * bend * taken.acceleration)))
 
 
 def followed_share(law: Law, demanded: float | np.ndarray) -> float | np.ndarray:
@@ -209,7 +210,7 @@ class Situation(NamedTuple):
         lag: of vision [s].
         noise: standard deviation of a measured point, per axis [m].
         curvature: of the path, as for `strays` [1/m].
-        limits: of the arm.
+        shares: what following takes from the arm.
         grasp: settings of the grasp, with the size of the object.
         known: whether the filter knows the path.
         parabola: whether it continues an unknown path as a parabola, as `AlphaBetaGamma` does, not as an arc.
@@ -219,7 +220,7 @@ class Situation(NamedTuple):
     lag: float
     noise: float
     curvature: np.ndarray
-    limits: HandLimits
+    shares: JointShares
     grasp: GraspConfig
     known: bool = False
     parabola: bool = False
@@ -241,7 +242,7 @@ def predict(law: Law, situation: Situation) -> tuple[float, float]:
     ratios = stray_ratios(situation.curvature, speed * (horizon + AGE), memory, room, reach, situation.parabola)
     ratios = np.zeros(1) if situation.known else ratios
     bend = float(np.sqrt(np.mean(situation.curvature**2)))
-    followed = float(followed_share(law, demand(speed, bend, grasp.turns, situation.limits)))
+    followed = float(followed_share(law, demand(speed, bend, grasp.turns, situation.shares)))
     held = float(held_share(ratios, spread(law, situation.noise, horizon, grasp.turns) / room))
     return held * followed * (horizon + SERVO_PERIOD <= PATH_DURATION), followed
 
@@ -258,12 +259,12 @@ def law_horizon(grasp: GraspConfig, lag: float) -> float:
 
 def limiting(law: Law, situation: Situation) -> dict[str, float]:
     """Returns {what limits success: the probability without it}, the largest gain first."""
-    lenient = HandLimits(*(0.0 * share for share in situation.limits))
+    lenient = JointShares(*(0.0 * share for share in situation.shares))
     without = {
         "lag": situation._replace(lag=0.0),
         "noise": situation._replace(noise=0.0),
         "bends": situation._replace(known=True),
-        "arm": situation._replace(limits=lenient),
+        "arm": situation._replace(shares=lenient),
     }
     found = {name: predict(law, other)[0] for name, other in without.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1]))

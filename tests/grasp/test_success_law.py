@@ -18,13 +18,13 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.success_law import (
     LAW,
     STEP,
-    HandLimits,
+    JointShares,
     Situation,
     bends,
     demand,
     followed_share,
-    hand_limits,
     held_share,
+    joint_shares,
     limiting,
     predict,
     spread,
@@ -32,10 +32,10 @@ from drake_tracker.grasp.success_law import (
 )
 from drake_tracker.tasks.train.setup import resolve
 
-LIMITS = HandLimits(np.full((16, 1), 1.0 / 0.6), np.full(1, 1.0 / 5.0), np.full(16, 1.0 / 14.0))
+SHARES = JointShares(np.full((16, 1), 1.0 / 0.6), np.full(1, 1.0 / 5.0), np.full(16, 1.0 / 14.0))
 """Of an arm that moves at 0.6 m/s and turns at 5 rad/s with the same joint, and accelerates at 14 m/s^2."""
 GUIDED = GraspConfig(descent="guided")
-USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), LIMITS, GUIDED)
+USUAL = Situation(0.15, 0.25, 0.0015, bends(8.0, 0.15), SHARES, GUIDED)
 
 
 @pytest.mark.parametrize("curvature", [0.0, 8.0, -20.0])
@@ -81,15 +81,15 @@ def test_a_memory_takes_the_mean_curvature_for_the_present_one():
 def test_the_joints_that_a_moving_hand_takes_move_the_hand_so(description):
     model = make_arm_model(description)
     q, still = np.array(description.q_start), np.zeros(model.num_joints)
-    limits, jacobian = hand_limits(model, q), model.tool_pose_and_jacobian(q)[1]
+    shares, jacobian = joint_shares(model, q), model.tool_pose_and_jacobian(q)[1]
     rated, held = SPEED_SHARE * model.velocity_limit, model.drive_torques(q, still, still)
-    assert jacobian @ (limits.turn * rated) == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-9)
+    assert jacobian @ (shares.turn * rated) == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-9)
     for k, angle in enumerate(np.pi * np.arange(16) / 16):
-        rates = limits.speed[k] * rated
+        rates = shares.speed[k] * rated
         assert jacobian @ rates == pytest.approx([0.0, 0.0, 0.0, math.cos(angle), math.sin(angle), 0.0], abs=1e-9)
         across = (k + 8) % 16  # the direction at a right angle; the opposite one takes the same
         change = np.abs(model.drive_torques(q, still, rates) - held) / (EFFORT_SHARE * (model.effort_limit - abs(held)))
-        assert limits.acceleration[across] == pytest.approx(change.max())
+        assert shares.acceleration[across] == pytest.approx(change.max())
 
 
 def test_without_strays_only_noise_counts():
@@ -119,13 +119,15 @@ def test_sharper_bends_and_narrower_jaws_fail_more_often_and_a_known_path_less()
     assert predict(LAW, USUAL._replace(curvature=bends(30.0, 0.15)))[0] < usual
     assert predict(LAW, USUAL._replace(grasp=replace(GUIDED, jaw_opening=0.06)))[0] < usual
     assert predict(LAW, USUAL._replace(grasp=replace(GUIDED, descent="blind")))[0] < usual
+    circle = USUAL._replace(curvature=np.full(5000, 15.0))
+    assert predict(LAW, circle._replace(parabola=True))[0] < predict(LAW, circle)[0]
     assert usual < predict(LAW, USUAL._replace(known=True))[0] <= bound
     assert predict(LAW, USUAL._replace(lag=PATH_DURATION))[0] == 0.0, "a packet does not reach that far"
 
 
 def test_half_of_the_descents_follow_at_the_limit_of_the_arm():
     for speed, bend, turns in ((0.6, 0.0, False), (0.4, 12.5, True), (0.5, 56.0, False)):
-        assert demand(speed, bend, turns, LIMITS) == pytest.approx(1.0), speed
+        assert demand(speed, bend, turns, SHARES) == pytest.approx(1.0), speed
     assert followed_share(LAW, LAW.limit) == pytest.approx(0.5)
 
 
@@ -162,8 +164,8 @@ def test_the_benchmark_predicts_what_the_command_predicts(tmp_path):
     setup = resolve(scenario)
     track, _ = setup.placement
     curvature = track.curvature(np.arange(0.5 * STEP, 2.0 * track.length, STEP))
-    limits = hand_limits(setup.reach.model, setup.reach.q_initial)
-    situation = Situation(0.2, condition["lag"] / 60.0, row["noise_m"], curvature, limits, setup.grasp)
+    shares = joint_shares(setup.reach.model, setup.reach.q_initial)
+    situation = Situation(0.2, condition["lag"] / 60.0, row["noise_m"], curvature, shares, setup.grasp)
     (found,) = law_fit.predicted(LAW, [row])
     assert found == pytest.approx(predict(LAW, situation)[0], abs=0.02)
 
