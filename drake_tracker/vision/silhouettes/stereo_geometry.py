@@ -18,8 +18,6 @@ GATE = 16.0
 """Squared Mahalanobis distance up to which a region may belong to a track: 99.97 % in two dimensions."""
 WIDEST_GATE = 12.0
 """Largest standard deviation of an expected centroid [px]."""
-HEIGHT_STD = 0.004
-"""Standard deviation of the height of an object that moves on a surface [m]."""
 _STEP = 1e-5
 """Step of a numerical derivative, as a fraction of the distance from the camera."""
 
@@ -82,30 +80,30 @@ class StereoGeometry:
         return np.array(seen) - [camera.project(meeting.p_WQ)[0] for camera in self.cameras]
 
     def measure_at_height(
-        self, start: np.ndarray, height: float, regions: Sequence[Region | None], offsets: np.ndarray
+        self, track: Track3D, regions: Sequence[Region | None], offsets: np.ndarray
     ) -> Measurement | None:
-        """Returns the point that agrees best with the regions of an object whose height is known.
+        """Returns the point that agrees best with the regions of an object whose height is known or predicted.
 
         Where the silhouettes of two objects are merged in one image, the other image and the height still determine the
         point.
 
         Args:
-            start: a point near it, shape (3,) [m].
-            height: z_W of the point [m].
+            track: of the object, at the stamp of the images.
             regions: the region in the left and in the right image, None where there is none.
             offsets: as from `offsets`, shape (2, 2) [px].
 
         Returns None when the regions contradict each other.
         """
-        p_WQ = np.array([start[0], start[1], height])
+        height, height_std = track.expected_height, track.expected_height_std
+        p_WQ = np.array([track.position[0], track.position[1], height])
         views = [
             (camera, region, (region.u, region.v) - offset)
             for camera, region, offset in zip(self.cameras, regions, offsets)
             if region is not None
         ]
         for _ in range(2):
-            information, vector = np.diag([0.0, 0.0, HEIGHT_STD**-2]), np.zeros(3)
-            vector[2] = (height - p_WQ[2]) / HEIGHT_STD**2
+            information, vector = np.diag([0.0, 0.0, height_std**-2]), np.zeros(3)
+            vector[2] = (height - p_WQ[2]) / height_std**2
             for camera, region, uv in views:
                 J = projection_jacobian(camera, p_WQ)
                 weighted = J.T / (region.var_u, region.var_v)
@@ -117,7 +115,7 @@ class StereoGeometry:
             if not residual @ (residual / (region.var_u, region.var_v)) <= GATE:
                 return None
         share = min(region.share for _, region, _ in views)
-        return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
+        return Measurement(p_WQ, np.linalg.inv(information), 0.0, share, height_std**-2 if track.climbs else 0.0)
 
     def windows(
         self, tracks: Sequence[Track3D], side: int, offsets: Sequence[np.ndarray] | None = None

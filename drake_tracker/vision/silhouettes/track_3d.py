@@ -33,6 +33,10 @@ GUESS_TIME = 2.0
 CLIMBS = 0.015
 """Range of heights from which on an object is on a hill, beyond what the error of vision varies on a level path [m];
 chosen."""
+HEIGHT_STD = 0.004
+"""Standard deviation of the height of an object that moves on a level surface [m]."""
+CLIMB_NOISE = 0.1
+"""Process noise of the vertical velocity on a hill [m/s/sqrt(s)]; chosen."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
 
@@ -45,12 +49,14 @@ class Measurement(NamedTuple):
         covariance: of the position, its systematic part included, shape (3, 3) [m^2].
         gap: distance between the two rays [m].
         share: visible share of the object, of the image in which it is smaller.
+        assumed: information in the covariance about the height that is only the track's own prediction [1/m^2].
     """
 
     p_WQ: np.ndarray
     covariance: np.ndarray
     gap: float
     share: float
+    assumed: float = 0.0
 
     def reported(self, shared: bool, height: float) -> "Measurement":
         """Returns the measurement with the covariance of its total error, as it is reported.
@@ -62,6 +68,14 @@ class Measurement(NamedTuple):
         covariance = (TRUE_SHARED_STD if shared else TRUE_STD) ** 2 * self.covariance
         covariance[2, 2] += (HEIGHT_BIAS * height) ** 2
         return self._replace(covariance=covariance)
+
+    def news(self) -> np.ndarray:
+        """Returns the covariance of the position without the information of the track itself, shape (3, 3) [m^2]."""
+        if self.assumed == 0.0:
+            return self.covariance
+        information = np.linalg.inv(self.covariance)
+        information[2, 2] -= 0.99 * self.assumed  # the rest keeps the covariance of a single ray finite
+        return np.linalg.inv(information)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +143,17 @@ class Track3D(FrozenState):
 
         On a hill it is the predicted height, which changes with the climb.
         """
-        return float(self.mean[2]) if self.heights[1] - self.heights[0] > CLIMBS else self.height
+        return float(self.mean[2]) if self.climbs else self.height
+
+    @property
+    def climbs(self) -> bool:
+        """Whether its height changes by more than the error of vision."""
+        return self.heights[1] - self.heights[0] > CLIMBS
+
+    @property
+    def expected_height_std(self) -> float:
+        """Standard deviation of `expected_height` [m]."""
+        return max(HEIGHT_STD, math.sqrt(float(self.covariance[2, 2]))) if self.climbs else HEIGHT_STD
 
     @property
     def speed(self) -> float:
@@ -150,10 +174,13 @@ class Track3D(FrozenState):
         c, s = math.cos(self.turn_rate * step), math.sin(self.turn_rate * step)
         mean[3:5] = c * mean[3] - s * mean[4], s * mean[3] + c * mean[4]
         covariance = F @ self.covariance @ F.T
-        for block, growth in zip(
-            _blocks(covariance), (noise * step**2 / 3.0, noise * step / 2.0, noise * step / 2.0, noise)
-        ):
+        flat = covariance.reshape(-1)
+        growths = noise * step**2 / 3.0, noise * step / 2.0, noise * step / 2.0, noise
+        for first, growth in zip((0, 3, 18, 21), growths):  # the diagonals of the four blocks
+            block = flat[first : first + 15 : 7]
             block += growth
+            if self.climbs:
+                block[2] += ((CLIMB_NOISE / ACCELERATION_NOISE) ** 2 - 1.0) * growth
         return replace(
             self,
             stamp=stamp,
@@ -220,7 +247,7 @@ class Track3D(FrozenState):
             shared: whether a silhouette it comes from is merged with that of another object.
             places: as in `Track3D`.
         """
-        P, R = self.covariance, measurement.covariance * (CORRELATED if shared else 1.0)
+        P, R = self.covariance, measurement.news() * (CORRELATED if shared else 1.0)
         gain = np.linalg.solve(P[:3, :3] + R, P[:3]).T
         mean = self.mean + gain @ (measurement.p_WQ - self.mean[:3])
         covariance = P - gain @ P[:3]
@@ -244,12 +271,6 @@ class Track3D(FrozenState):
             return 0.0
         rate = self.turn_rate + (x * new_y - y * new_x) / square / TURN_TIME
         return min(max(rate, -FASTEST_TURN), FASTEST_TURN)
-
-
-def _blocks(covariance: np.ndarray) -> list[np.ndarray]:
-    """Returns the diagonals of the four blocks of a covariance (6, 6): views that change it."""
-    flat = covariance.reshape(-1)
-    return [flat[first : first + 15 : 7] for first in (0, 3, 18, 21)]
 
 
 def new_track(

@@ -11,8 +11,8 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.vision.silhouettes.object_appearance import is_alone
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.regions import Region
-from drake_tracker.vision.silhouettes.stereo_geometry import HEIGHT_STD, StereoGeometry, projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import Measurement, Track3D, new_track
+from drake_tracker.vision.silhouettes.stereo_geometry import StereoGeometry, projection_jacobian
+from drake_tracker.vision.silhouettes.track_3d import HEIGHT_STD, Measurement, Track3D, new_track
 
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""

@@ -171,12 +171,14 @@ class Tracker:
     def _predict(self, track: Track3D, stamp: float, expected: Expected | None) -> Track3D:
         """Returns a track at the stamp of the images, in a gap where its estimator expects it.
 
-        An object that was out of view for long has turned since: it is expected with the heading of its estimator.
+        An object that was out of view for long has turned since: it is expected with the heading of its estimator. On a
+        hill, the uncertainty still grows.
         """
         coasted = stamp - track.seen
         track = track.predicted(stamp)
         if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:
-            track = track.placed(expected.p_WQ, max(expected.std, 0.005))
+            placed = track.placed(expected.p_WQ, max(expected.std, 0.005))
+            track = replace(placed, covariance=track.covariance) if track.climbs else placed
             if track.state == TrackState.OUT_OF_VIEW:
                 track = track.with_velocity(expected.v_WQ, EXPECTED_SPEED_STD)
                 track = replace(track, shape=track.shape.turned(expected.v_WQ))
@@ -245,7 +247,7 @@ class Tracker:
             return None
         if left is None and right is None:
             return None
-        measurement = self._geometry.measure_at_height(track.position, track.expected_height, regions, offsets)
+        measurement = self._geometry.measure_at_height(track, regions, offsets)
         if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:
             return None
         return measurement
