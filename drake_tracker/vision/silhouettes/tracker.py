@@ -171,8 +171,7 @@ class Tracker:
     def _predict(self, track: Track3D, stamp: float, expected: Expected | None) -> Track3D:
         """Returns a track at the stamp of the images, in a gap where its estimator expects it.
 
-        An object that was out of view for long has turned since: it is expected with the heading of its estimator. On a
-        hill, the uncertainty still grows.
+        An object long out of view is expected with its estimator's heading; on a hill, the uncertainty keeps growing.
         """
         coasted = stamp - track.seen
         track = track.predicted(stamp)
