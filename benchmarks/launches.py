@@ -18,8 +18,9 @@ jaws and the time of the launch:
   errors, which the estimator's `systematic_std` knows, and all descents count. The jaws open little wider than the
   discs. There are no ells: jaws that narrow would come down 1 mm beside an ell's short leg.
 
-Seeds from 95000 on are for results, those of ``guided`` and of the thresholds from 103000 on; 82000 to 85999 and
-101000 to 102299 for the choice of constants. Each run becomes a line of ``results/launches.jsonl`` as soon as it ends.
+Seeds from 95000 on are for results, those of ``guided`` and of the thresholds from 103000 on, those of hills from
+107000 on; 82000 to 85999 and 101000 to 102299 for the choice of constants. Each run becomes a line of
+``results/launches.jsonl`` as soon as it ends.
 """
 
 import argparse
@@ -59,6 +60,7 @@ RUNS = {"learned": 3000, "guided": 3000, "conveyor": 240}
 RUNS |= {**dict.fromkeys(THRESHOLDS, 120), **dict.fromkeys(RENDERED, 300)}
 """{group: its runs}; a run of the conveyor has about thirteen descents."""
 FIRST_SEEDS = {**dict.fromkeys(RUNS, 95000), **dict.fromkeys(("guided", *THRESHOLDS), 103000)}
+FIRST_SEEDS |= {"hill with cameras": 107000}
 """{group: its first seed}."""
 RESULTS = common.RESULTS / "launches.jsonl"
 GROUPS = {
@@ -213,7 +215,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--group", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)} (default: all)")
     parser.add_argument("--runs", type=int, help="runs of each group (default: see `RUNS`)")
-    parser.add_argument("--first-seed", type=int, help="of each group (default: 95000 or 103000)")
+    parser.add_argument("--first-seed", type=int, help="of each group (default: see `FIRST_SEEDS`)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()

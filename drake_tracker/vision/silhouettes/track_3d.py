@@ -69,7 +69,7 @@ class Measurement(NamedTuple):
         covariance[2, 2] += (HEIGHT_BIAS * height) ** 2
         return self._replace(covariance=covariance)
 
-    def news(self) -> np.ndarray:
+    def independent_covariance(self) -> np.ndarray:
         """Returns the covariance of the position without the information of the track itself, shape (3, 3) [m^2]."""
         if self.assumed == 0.0:
             return self.covariance
@@ -247,7 +247,7 @@ class Track3D(FrozenState):
             shared: whether a silhouette it comes from is merged with that of another object.
             places: as in `Track3D`.
         """
-        P, R = self.covariance, measurement.news() * (CORRELATED if shared else 1.0)
+        P, R = self.covariance, measurement.independent_covariance() * (CORRELATED if shared else 1.0)
         gain = np.linalg.solve(P[:3, :3] + R, P[:3]).T
         mean = self.mean + gain @ (measurement.p_WQ - self.mean[:3])
         covariance = P - gain @ P[:3]

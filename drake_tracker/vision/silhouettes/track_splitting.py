@@ -192,7 +192,7 @@ class TrackSplitting:
         self, track: Track3D, p_WQ: np.ndarray, shape: ObjectShape, colour: tuple[float, float, float]
     ) -> Track3D:
         """Returns a new track of an object that was found near another one, and moves like it."""
-        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
+        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, track.expected_height_std**2]), 0.0, 1.0)
         begun = new_track(track.stamp, measurement, shape, colour)
         return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD).without_point()
 

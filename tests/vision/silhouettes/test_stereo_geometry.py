@@ -87,10 +87,10 @@ def test_one_image_does_not_confirm_the_height_that_was_predicted_on_a_hill(geom
     assert np.linalg.norm(error) > 0.05 and error @ np.linalg.solve(measurement.covariance, error) < 9.0
 
 
-def test_what_is_new_in_a_measurement_with_a_predicted_height_is_the_rays(geometry, climbing):
+def test_what_a_measurement_with_a_predicted_height_adds_is_the_rays(geometry, climbing):
     regions = [seen_at(camera, P_WQ) for camera in geometry.cameras]
     found = geometry.measure_at_height(climbing, regions, np.zeros((2, 2)))
     rays = sum(J.T @ J for J in (projection_jacobian(camera, P_WQ) for camera in geometry.cameras))
-    np.testing.assert_allclose(found.news(), np.linalg.inv(rays), rtol=0.02)
+    np.testing.assert_allclose(found.independent_covariance(), np.linalg.inv(rays), rtol=0.02)
     known = geometry.measure_at_height(replace(climbing, heights=(0.48, 0.48)), regions, np.zeros((2, 2)))
-    np.testing.assert_array_equal(known.news(), known.covariance)
+    np.testing.assert_array_equal(known.independent_covariance(), known.covariance)

@@ -111,6 +111,17 @@ def test_what_the_estimator_expects_leads_through_a_bend():
     assert led.numbers() == {1} and led.tracks[1].measurement is not None
 
 
+def test_on_a_hill_an_expectation_does_not_reset_the_uncertainty():
+    """The estimator knows the height only from points of the track, which may be wrong."""
+    stds = []
+    for heights in ((HEIGHT, HEIGHT), (HEIGHT - 0.02, HEIGHT + 0.02)):
+        run = Run(Stage([(Cuboid(), on_oval(start=0.16))], all_hidden(2.0, 3.5))).watch(1.95)
+        run.state = replace(run.state, tracks=(replace(run.tracks[1], heights=heights),))
+        run.watch(1.0, expected=lambda time: {1: Expected(*oval(time, start=0.16), 0.004)})
+        stds.append(np.sqrt(run.tracks[1].covariance[2, 2]))
+    assert stds[0] < 0.006 < 0.05 < stds[1]
+
+
 def test_an_expectation_does_not_move_an_object_that_is_seen():
     wrong = {1: Expected(np.array([0.7, 0.2, HEIGHT]), np.array([0.1, 0.0, 0.0]), 0.001)}
     plain, led = (Run(Stage([(Cuboid(), on_oval())])) for _ in range(2))
