@@ -1,6 +1,6 @@
 """Predicted and computed success (`results/success_law.jsonl`, `results/launches.jsonl`)."""
 
-from result_tables.launch_tables import GROUP_NAMES, calibration_table, threshold_table
+from result_tables.launch_tables import GROUP_NAMES, calibration_table, cameras_table, threshold_table
 from result_tables.law_tables import TOLERANCE, law_table, within
 
 from tables.results import block, lines, origin, table, where
@@ -19,6 +19,11 @@ def law_cells() -> str:
 def launches_calibration() -> str:
     rows = where(lines("launches"), group=GROUP_NAMES.__contains__)
     return block(table(*calibration_table(rows)), origin(rows))
+
+
+def launches_cameras() -> str:
+    rows = where(lines("launches"), group=lambda name: name.endswith("with cameras"))
+    return block(table(*cameras_table(rows)), origin(rows))
 
 
 def launches_thresholds() -> str:
