@@ -45,7 +45,7 @@ from drake_tracker.world.imaging.cameras import true_camera_models
 
 RESULTS = common.RESULTS / "several.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "several"
-SEVERAL, IN_PROCESS = "vision.method=!SilhouetteTracker {}", "cameras.render_processes=0"
+IN_PROCESS = "cameras.render_processes=0"
 START_UP = 1.0
 """Until this time [s] the trains accelerate."""
 SEPARATIONS = (0.10, 0.12, 0.15, 0.18, 0.22, 0.25, 0.30, 0.40)
@@ -59,23 +59,23 @@ OPPOSITE = [
 ]
 """A train on a circle inside the oval of the first one: their centre lines are .07 to .13 m apart where they pass."""
 COVERAGE = {  # cell: scenario, overrides, with the loop
-    "alone": ("train:guided", [SEVERAL], False),
-    "train 0.18 m behind": ("train:guided", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.18}]"], False),
-    "train in the opposite direction": ("train:guided", [SEVERAL, *OPPOSITE], False),
+    "alone": ("train:guided", [], False),
+    "train 0.18 m behind": ("train:guided", ["objects=[!Train {body: striped, ahead: -0.18}]"], False),
+    "train in the opposite direction": ("train:guided", [*OPPOSITE], False),
     "ball": ("train:visitor", [], False),
-    "arm": ("train:guided", [SEVERAL], True),
-    "arm and train 0.25 m behind": ("train:guided", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.25}]"], True),
+    "arm": ("train:guided", [], True),
+    "arm and train 0.25 m behind": ("train:guided", ["objects=[!Train {body: striped, ahead: -0.25}]"], True),
 }
 LIFT = {  # cell: scenario, overrides, number of seeds; of two trains the yellow one counts, whichever is seen first
     "two": ("train:two", ["vision.method.target=!Coloured {}"], 40),
     "visitor": ("train:visitor", [], 40),
-    "alone": ("train:guided", [SEVERAL], 68),
-    "shadows": ("train:guided", [SEVERAL, "lighting.shadows=true"], 20),
-    "one-sided-shadows": ("train:guided", [SEVERAL, "lighting.shadows=true", "lighting.side=one_side"], 20),
-    "dark-on-bright": ("train:guided", [SEVERAL, "train.body=dark", "table_colour='#d8d0c0'"], 20),
-    "noise-12": ("train:guided", [SEVERAL, "cameras.noise=12"], 20),
-    "flicker-10%": ("train:guided", [SEVERAL, "lighting.flicker=0.1"], 20),
-    "low-contrast": ("train:guided", [SEVERAL, "train.colour='#604838'"], 20),
+    "alone": ("train:guided", [], 68),
+    "shadows": ("train:guided", ["lighting.shadows=true"], 20),
+    "one-sided-shadows": ("train:guided", ["lighting.shadows=true", "lighting.side=one_side"], 20),
+    "dark-on-bright": ("train:guided", ["train.body=dark", "table_colour='#d8d0c0'"], 20),
+    "noise-12": ("train:guided", ["cameras.noise=12"], 20),
+    "flicker-10%": ("train:guided", ["lighting.flicker=0.1"], 20),
+    "low-contrast": ("train:guided", ["train.colour='#604838'"], 20),
 }
 CAMERAS = {  # cell: overrides
     **{f"elevation {angle}": [f"cameras.elevation_deg={angle}"] for angle in (15, 30, 45, 60)},
@@ -98,7 +98,7 @@ def separation_job(cell, seed, quick):
     """Returns the line of two trains at the separation ``cell`` [m]."""
     scale = SHORT if cell <= SHORT_UP_TO else 1.0
     scenario = load_scenario(
-        "train:learned",
+        "train:guided",
         seed=seed,
         overrides=[
             IN_PROCESS,
@@ -123,7 +123,7 @@ def separation_job(cell, seed, quick):
 
 def passing_job(cell, seed, quick):
     """Returns the line of two trains in opposite directions."""
-    scenario = load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, *OPPOSITE])
+    scenario = load_scenario("train:guided", seed=seed, overrides=[IN_PROCESS, *OPPOSITE])
     record = watch(scenario, 10.0 if quick else 60.0, ONLY_SEVERAL)["several"]
     return {
         **measures.identity_numbers(record),
@@ -161,9 +161,7 @@ def lift_job(cell, seed, quick):
 def cameras_job(cell, seed, quick):
     """Returns the line of one run of a cell of `CAMERAS`, or `Lost`."""
     calibration = f"cameras.calibration={calibration_file(cell)}"
-    return run_line(
-        load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, SEVERAL, *CAMERAS[cell], calibration])
-    )
+    return run_line(load_scenario("train:guided", seed=seed, overrides=[IN_PROCESS, *CAMERAS[cell], calibration]))
 
 
 def calibration_file(cell):
@@ -173,7 +171,7 @@ def calibration_file(cell):
 
 def shake_job(cell, seed, quick):
     """Returns the line of one watched run with a moving camera."""
-    scenario = load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, f"faults={SHAKE[cell]}"])
+    scenario = load_scenario("train:guided", seed=seed, overrides=[IN_PROCESS, f"faults={SHAKE[cell]}"])
     cameras = list(true_camera_models(scenario.cameras).values())
     end = SHAKE_FROM + (2.0 if quick else SHAKE_SECONDS)
     return {
@@ -190,7 +188,7 @@ def calibrate_cameras(cells):
         if not calibration_file(cell).exists():
             print(f"calibrating {cell}", file=sys.stderr, flush=True)
             try:
-                calibrate(load_scenario("train:learned", overrides=CAMERAS[cell]), calibration_file(cell))
+                calibrate(load_scenario("train:guided", overrides=CAMERAS[cell]), calibration_file(cell))
             except DrakeTrackerError as error:
                 print(f"{cell} cannot be calibrated: {error}", file=sys.stderr, flush=True)
     return [cell for cell in cells if calibration_file(cell).exists()]

@@ -11,7 +11,7 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.train.setup import resolve
-from drake_tracker.tasks.train.vision import image_vision
+from drake_tracker.tasks.train.vision import object_vision
 
 SECONDS, QUICK_SECONDS = 8.0, 2.0
 WARM_UP = 60
@@ -34,7 +34,7 @@ def cost_of_vision(name, cell, seed, quick):
     turns = {}
     for name, settings in TRACKERS.items():
         own = scenario.with_settings({"vision.method": settings})
-        vision = image_vision(resolve(own))
+        vision = object_vision(resolve(own), resolve(scenario).windows)
         simulator = Simulator(vision)
         context = simulator.get_mutable_context()
         for port, value in (("arm_state", arm_state), ("jaws", [0.0] * message_size(JawState))):
@@ -58,7 +58,7 @@ def cost_of_loop(seed, quick):
     settings = {"grasp.settle_time": 1e6, "cameras.render_processes": "0"}
     loops = {}
     for name, tracker in TRACKERS.items():
-        scenario = load_scenario("train:learned", seed=seed).with_settings({**settings, "vision.method": tracker})
+        scenario = load_scenario("train:guided", seed=seed).with_settings({**settings, "vision.method": tracker})
         loops[name] = (Simulator(make_diagram(scenario)), [])
     for turn in range(1 + (QUICK_TURNS if quick else TURNS)):
         for simulator, walls in loops.values():

@@ -27,7 +27,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import inputs
 from drake_tracker.tasks.train.diagram import make_train_host, make_world
 from drake_tracker.tasks.train.setup import resolve
-from drake_tracker.tasks.train.vision import image_vision
+from drake_tracker.tasks.train.vision import object_vision
 from drake_tracker.vision.centroid.config import MotionCentroid
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
 from drake_tracker.world.config import TRAIN_SIZE
@@ -89,9 +89,10 @@ class WatchingDiagram(Diagram):
         for name, value in held.items():
             source = builder.AddSystem(ConstantVectorSource(value))
             builder.Connect(source.get_output_port(), world.GetInputPort(name))
+        windows = resolve(scenario).windows
         for name, settings in trackers.items():
             own = resolve(scenario.with_settings({"vision.method": settings}))
-            vision, host = image_vision(own), make_train_host(own)
+            vision, host = object_vision(own, windows), make_train_host(own)
             vision.set_name(f"vision_{name}")
             host.set_name(f"host_{name}")
             for part in (vision, host):

@@ -91,8 +91,7 @@ class TrainSetup:
     def home(self) -> np.ndarray:
         """The reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,).
 
-        It is the middle of the work volume at the height of the train. The yaw places joint 6 near the middle of its
-        range.
+        It is the middle of the work volume at the train's height. The yaw places joint 6 near the middle of its range.
         """
         low, high = np.array(self.scenario.vision.work_volume)
         middle = 0.5 * (low + high)
@@ -144,15 +143,16 @@ class TrainSetup:
 
     @cached_property
     def cameras(self) -> dict[str, CameraModel]:
-        """{side: camera as the controller knows it}: the camera of the calibration file, with faults of the
-        calibration."""
+        """{side: camera as the controller knows it}: the calibrated one, with faults of the calibration."""
         return calibrated_with(self.faults, self.calibrated)
 
     @cached_property
     def search_windows(self) -> dict[str, RegionOfInterest]:
-        """{side: window in which vision searches for motion}."""
+        """{side: window in which vision searches for objects}: it shows objects at the border of the volume whole."""
         vision = self.scenario.vision
-        return {side: project_region(self.cameras[side], vision.work_volume, vision.outline) for side in SIDES}
+        margin = vision.method.margin if isinstance(vision.method, SilhouetteTracker) else 0.0
+        volume = np.add(vision.work_volume, margin * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]))
+        return {side: project_region(self.cameras[side], volume, vision.outline) for side in SIDES}
 
     @cached_property
     def windows(self) -> dict[str, ImageWindow]:

@@ -34,6 +34,8 @@ class SilhouetteTracker:
     coast_time: float = setting(
         2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0), shared=True
     )
+    margin: ClassVar[float] = 0.05
+    """Distance from the work volume up to which objects are tracked, and the images examined [m]; chosen."""
     largest_std: ClassVar[float] = 0.03
     """Largest standard deviation of a point that is used [m]; chosen."""
     update_cycles: int = setting(1, "time from one pair of images to the next", "cycles", (1, 30))

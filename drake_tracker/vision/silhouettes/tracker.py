@@ -92,7 +92,6 @@ class Tracker:
         cameras: the left and the right camera, calibrated.
         settings: `SilhouetteTracker`.
         work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts objects anywhere.
-        margin: by which an object may lie outside the work volume [m].
         max_gap: largest distance between the two rays of one object [m].
 
     Raises DrakeTrackerError when the work volume is not a box, or a setting is outside its range.
@@ -104,12 +103,11 @@ class Tracker:
         settings: SilhouetteTracker = SilhouetteTracker(),
         *,
         work_volume: ArrayLike | None = None,
-        margin: float = 0.05,
         max_gap: float = 0.03,
     ) -> None:
         check_settings(settings, "tracker")
         self.settings = settings
-        self._geometry = StereoGeometry(cameras, work_volume=work_volume, margin=margin, max_gap=max_gap)
+        self._geometry = StereoGeometry(cameras, work_volume=work_volume, margin=settings.margin, max_gap=max_gap)
         self._separation = TrackSplitting(self._geometry, settings.max_length, settings.min_pixels)
 
     def update(

@@ -1,7 +1,10 @@
 """A run whose vision tracks several objects, from the log to the page, with measured vision: nothing is rendered."""
 
+import cv2
+import numpy as np
 import pytest
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import TRACK_FIELDS, TrackPoints, message_rows
@@ -15,6 +18,8 @@ from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.setup import resolve
 from drake_tracker.tasks.train.task import TASK
+from drake_tracker.vision.region_of_interest import footprint
+from drake_tracker.world.config import TRAIN_SIZE
 from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
 SEVERAL = "vision.method=!SilhouetteTracker {}"
@@ -98,3 +103,24 @@ def test_a_slow_train_is_refused_by_the_motion_detector_only():
     TASK.build(load_scenario("train:learned", overrides=[*slow, SEVERAL]), None)
     with pytest.raises(DrakeTrackerError, match="the threshold needs at least"):
         TASK.build(load_scenario("train:learned", overrides=slow), None)
+
+
+@pytest.mark.parametrize("scenario", ["train:guided", "train:visitor"])
+def test_an_object_at_the_border_of_the_work_volume_shows_whole(scenario):
+    """The window once ended where the volume ends: it cut trains, so that two trains 0.15 m apart were one."""
+    tracker = resolve(load_scenario(scenario))
+    alone = resolve(load_scenario(scenario, overrides=["vision.method=!MotionCentroid {}"]))
+    vision = tracker.scenario.vision
+    rim = footprint(vision.work_volume, vision.outline)
+    middle = np.mean(vision.work_volume, axis=0)
+    outwards = (rim - middle[:2]) / np.hypot(*(rim - middle[:2]).T)[:, None]
+    edge = np.column_stack([rim + 0.5 * TRAIN_SIZE[1] * outwards, np.full(len(rim), middle[2])])
+    for side in SIDES:
+        inside = [
+            [
+                cv2.pointPolygonTest(setup.search_windows[side].polygon.astype(np.float32), place, False) >= 0.0
+                for place in setup.cameras[side].project(edge).tolist()
+            ]
+            for setup in (tracker, alone)
+        ]
+        assert all(inside[0]) and not all(inside[1])
