@@ -36,7 +36,7 @@ RESTS_ON = {
     "estimation": (),
     "run": (),  # estimation/run.py
     "eyes_open": _of_parts(
-        event=_LEARNED,
+        event=(*_LEARNED, *_GUIDED),
         calm=(*_LEARNED, *_GUIDED),
         hand=_GUIDED,
         wrist=("train:wrist", *_GUIDED),
