@@ -6,6 +6,7 @@ from collections import Counter
 from ball import lags
 from result_tables.autopsy_tables import totals
 from result_tables.law_tables import TOLERANCE, within
+from shared.behaviour_rows import other_behaviours
 from shared.common import interval
 from train_grasp import (
     BY_NAME,
@@ -52,7 +53,7 @@ def rung_rows(scenario: str) -> list[Row]:
 
 def ladder() -> str:
     speed = data("real_time")
-    uses(speed)
+    outdated = other_behaviours(speed)
     rows, used = [], []
     for scenario in _ADDS:
         runs = rung_rows(scenario)
@@ -70,10 +71,11 @@ def ladder() -> str:
                 interval(first, len(runs)),
                 median_time(runs),
                 f"{1e3 * statistics.median(errors):.0f} mm",
-                f"{factor:.2f}",
+                "" if scenario in outdated else f"{factor:.2f}",
             ]
         )
         used += runs
+    uses(*used)
     header = ["scenario", "what it adds", "lifted at the first attempt", "95 % interval", "median time to the grasp"]
     return block(table([*header, "median error at the touch", "real-time factor"], rows), origin(used))
 

@@ -58,7 +58,7 @@ def marked(text: str, rows: list[Row]) -> str:
                 line = f"|{first.rstrip()}{MARK} |{rest}"
         lines.append(line)
     what = listed([f"`{name}`" for name in others])
-    note = f"*{MARK.strip()} Not at today's behaviour of {what}.*"
+    note = f"*{MARK.strip()} Earlier behaviour of {what}.*"
     return "\n".join([*lines, "", note])
 
 
