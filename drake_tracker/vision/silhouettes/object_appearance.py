@@ -9,7 +9,7 @@ from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, Track3D
+from drake_tracker.vision.silhouettes.track_3d import COLOUR_WEIGHT, GUESSED, HEIGHT_KNOWN, Track3D
 
 RECENTLY, NEARBY = 1.0, 0.3
 """Time since two objects were merged [s], and distance between them [m], up to which their identities are checked."""
@@ -32,8 +32,9 @@ def learn_look(
     elif regions[0] is not None:
         stereo, guessed_until = stereo + 1, -np.inf
         height += weight * (p_WQ[2] - height)
-        if track.height_known:
-            heights = min(heights[0], float(height)), max(heights[1], float(height))
+        if track.stereo >= HEIGHT_KNOWN:
+            low, high = (np.inf, -np.inf) if heights == GUESSED else heights
+            heights = min(low, float(height)), max(high, float(height))
         red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
     shape = track.shape.turned(track.mean[3:])
     # A silhouette that looks too large for one object may only lie in another direction.

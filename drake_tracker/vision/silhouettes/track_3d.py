@@ -35,8 +35,10 @@ CLIMBS = 0.015
 chosen."""
 HEIGHT_STD = 0.004
 """Standard deviation of the height of an object that moves on a level surface [m]."""
-CLIMB_NOISE = 0.1
-"""Process noise of the vertical velocity on a hill [m/s/sqrt(s)]; chosen."""
+CLIMB_NOISE, GUESS_NOISE = 0.1, 0.01
+"""Process noise of the vertical velocity on a hill, and while the height is only guessed [m/s/sqrt(s)]; chosen."""
+GUESSED = (-np.inf, np.inf)
+"""Range of the heights [m] of an object that was merged with another one, until it is measured alone."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
 
@@ -95,7 +97,7 @@ class Track3D(FrozenState):
         misses: images without a measurement since the newest.
         shape: its size.
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
-        heights: lowest and highest value of ``height`` since it is known [m].
+        heights: lowest and highest value of ``height`` since it is known, or `GUESSED` [m].
         colour: red, green, blue [grey levels].
         stereo: number of measurements in which both images showed it alone; they determine its height and colour.
         merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
@@ -134,20 +136,17 @@ class Track3D(FrozenState):
 
     @property
     def height_known(self) -> bool:
-        """Whether its height is known well enough to locate it with one image, or with divided silhouettes."""
-        return self.stereo >= HEIGHT_KNOWN
+        """Whether its height is known or guessed, so that one image or divided silhouettes locate it."""
+        return self.stereo >= HEIGHT_KNOWN or self.heights == GUESSED
 
     @property
     def expected_height(self) -> float:
-        """Height with which it is located where one image or divided silhouettes do not suffice [m].
-
-        On a hill it is the predicted height, which changes with the climb.
-        """
+        """Height [m] that locates it where the images do not suffice: on a hill and after a guess, the predicted height."""
         return float(self.mean[2]) if self.climbs else self.height
 
     @property
     def climbs(self) -> bool:
-        """Whether its height changes by more than the error of vision."""
+        """Whether its height changes by more than the error of vision, or is guessed: it is then estimated."""
         return self.heights[1] - self.heights[0] > CLIMBS
 
     @property
@@ -180,7 +179,8 @@ class Track3D(FrozenState):
             block = flat[first : first + 15 : 7]
             block += growth
             if self.climbs:
-                block[2] += ((CLIMB_NOISE / ACCELERATION_NOISE) ** 2 - 1.0) * growth
+                climb_noise = GUESS_NOISE if self.heights == GUESSED else CLIMB_NOISE
+                block[2] += ((climb_noise / ACCELERATION_NOISE) ** 2 - 1.0) * growth
         return replace(
             self,
             stamp=stamp,
@@ -203,7 +203,7 @@ class Track3D(FrozenState):
         covariance[[0, 1, 2], [0, 1, 2]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
 
-    def with_velocity(self, v_WQ: np.ndarray, std: float) -> "Track3D":
+    def with_velocity(self, v_WQ: np.ndarray, std: float | np.ndarray) -> "Track3D":
         """Returns the track with a velocity, shape (3,), and its standard deviation per axis [m/s]."""
         mean, covariance = self.mean.copy(), self.covariance.copy()
         mean[3:] = v_WQ

@@ -12,7 +12,7 @@ from drake_tracker.vision.silhouettes.object_appearance import is_alone
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.regions import Region
 from drake_tracker.vision.silhouettes.stereo_geometry import StereoGeometry, projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import HEIGHT_STD, Measurement, Track3D, new_track
+from drake_tracker.vision.silhouettes.track_3d import GUESSED, HEIGHT_STD, Measurement, Track3D, new_track
 
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
@@ -25,8 +25,9 @@ GROWN, RIVAL = 1.25, 0.3
 second silhouette with at least this share of the pixels."""
 SAME_VELOCITY = 0.1
 """Difference of the velocities [m/s] up to which two new tracks move alike."""
-ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
-"""Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
+ROUGH_STD, ROUGH_SPEED_STD = np.array([0.015, 0.015, 0.01]), np.array([0.1, 0.1, 0.01])
+"""Standard deviations of the position [m] and velocity [m/s] of an object that was merged with another one, along x, y
+and z."""
 
 
 class TrackSplitting:
@@ -136,9 +137,8 @@ class TrackSplitting:
                     self._on_height(track, camera, each, track.expected_height)
                     for each in (mine, max(others, key=lambda each: each.pixels))
                 ]
-                stereo = track.stereo
-                track = replace(pair[0], number=track.number, hits=track.hits, stereo=stereo)
-                new.append(replace(pair[1], stereo=stereo))
+                track = replace(pair[0], number=track.number, hits=track.hits)
+                new.append(pair[1])
                 break
             kept.append(track)
         return kept, new
@@ -184,17 +184,16 @@ class TrackSplitting:
             for k in range(count):
                 p_WQ = track.position + length * ((k + 0.5) / count - 0.5) * direction
                 part = self._rough(track, p_WQ, track.shape.part(longest, count), track.colour)
-                part = replace(part, stereo=track.stereo)
                 result.append(replace(part, number=track.number, hits=track.hits) if k == 0 else part)
         return result
 
     def _rough(
         self, track: Track3D, p_WQ: np.ndarray, shape: ObjectShape, colour: tuple[float, float, float]
     ) -> Track3D:
-        """Returns a new track of an object that was found near another one, and moves like it."""
-        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, track.expected_height_std**2]), 0.0, 1.0)
-        begun = new_track(track.stamp, measurement, shape, colour)
-        return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD).without_point()
+        """Returns a new track of an object that was found near another one, and moves like it at a guessed height."""
+        begun = new_track(track.stamp, Measurement(p_WQ, np.diag(ROUGH_STD**2), 0.0, 1.0), shape, colour)
+        begun = begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
+        return replace(begun, heights=GUESSED).without_point()
 
     def _on_height(self, track: Track3D, camera: CameraModel, region: Region, height: float) -> Track3D:
         """Returns a new track of a region in one image, at a height [m], with the velocity of another track."""

@@ -10,7 +10,7 @@ import pytest
 from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.vision.silhouettes.object_shape import ObjectShape
 from drake_tracker.vision.silhouettes.stereo_geometry import StereoGeometry, projection_jacobian
-from drake_tracker.vision.silhouettes.track_3d import HEIGHT_STD, Measurement, new_track
+from drake_tracker.vision.silhouettes.track_3d import GUESSED, HEIGHT_STD, Measurement, new_track
 from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.imaging.cameras import true_camera_models
 
@@ -85,6 +85,25 @@ def test_one_image_does_not_confirm_the_height_that_was_predicted_on_a_hill(geom
     assert np.sqrt(level.covariance[2, 2]) < 0.008
     error = measurement.p_WQ - place
     assert np.linalg.norm(error) > 0.05 and error @ np.linalg.solve(measurement.covariance, error) < 9.0
+
+
+@pytest.mark.parametrize("error", [-0.01, 0.01])
+def test_a_guessed_height_is_corrected(geometry, climbing, error):
+    """Two trains that were merged from the start once kept a height that was wrong by 10 mm."""
+    known = replace(climbing.placed(P_WQ + [0.0, 0.0, error], 0.01), height=P_WQ[2] + error, heights=(0.48, 0.48))
+    known = known.with_velocity(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.1, 0.01]))
+    tracks = [known, replace(known, heights=GUESSED, stereo=0)]
+    assert all(track.height_known for track in tracks)
+    for k in range(1, 61):
+        place = P_WQ + [0.1 * k / 60, 0.0, 0.0]
+        regions = [seen_at(camera, place) for camera in geometry.cameras]
+        regions[1].var_u = regions[1].var_v = 12.0  # divided
+        for i, track in enumerate(tracks):
+            track = track.predicted(2.0 + k / 60)
+            tracks[i] = track.updated(geometry.measure_at_height(track, regions, np.zeros((2, 2))), shared=True)
+    remaining = [np.linalg.norm(track.position - place) for track in tracks]
+    assert remaining[1] < 0.002 < 0.005 < remaining[0]
+    assert tracks[1].expected_height == pytest.approx(P_WQ[2], abs=0.001)
 
 
 def test_what_a_measurement_with_a_predicted_height_adds_is_the_rays(geometry, climbing):

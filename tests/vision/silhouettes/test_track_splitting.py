@@ -7,6 +7,7 @@ from tracker_run import BLUE, NEAR, Run, during, on_line, on_oval
 
 from drake_tracker.core.messages import TrackState
 from drake_tracker.vision.silhouettes.config import SilhouetteTracker
+from drake_tracker.vision.silhouettes.track_3d import GUESSED
 
 
 @pytest.mark.parametrize("distance", [0.3, 0.2])
@@ -77,6 +78,7 @@ def test_a_merged_track_has_no_point_and_is_not_seen_at_its_stamp():
     run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(), on_oval(start=0.125 / 1.2))])).watch(0.4)
     merged = [track for _, _, state in run.history for track in state.confirmed() if track.state == TrackState.MERGED]
     assert merged and all(track.measurement is None and track.seen < track.stamp for track in merged)
+    assert {track.heights for track in run.tracks.values()} == {GUESSED}
 
 
 def test_an_object_of_the_greatest_length_is_one_object():
