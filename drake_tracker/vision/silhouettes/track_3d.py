@@ -141,7 +141,7 @@ class Track3D(FrozenState):
 
     @property
     def expected_height(self) -> float:
-        """Height [m] that locates it where the images do not suffice: on a hill and after a guess, the predicted height."""
+        """Height that locates it where images do not suffice; on a hill and after a guess, the predicted one [m]."""
         return float(self.mean[2]) if self.climbs else self.height
 
     @property
