@@ -115,7 +115,7 @@ class StereoGeometry:
             if not residual @ (residual / (region.var_u, region.var_v)) <= GATE:
                 return None
         share = min(region.share for _, region, _ in views)
-        return Measurement(p_WQ, np.linalg.inv(information), 0.0, share, height_std**-2 if track.climbs else 0.0)
+        return Measurement(p_WQ, np.linalg.inv(information), 0.0, share, height_std**-2 if track.height_free else 0.0)
 
     def windows(
         self, tracks: Sequence[Track3D], side: int, offsets: Sequence[np.ndarray] | None = None

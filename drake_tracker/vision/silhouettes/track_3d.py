@@ -38,7 +38,7 @@ HEIGHT_STD = 0.004
 CLIMB_NOISE, GUESS_NOISE = 0.1, 0.01
 """Process noise of the vertical velocity on a hill, and while the height is only guessed [m/s/sqrt(s)]; chosen."""
 GUESSED = (-np.inf, np.inf)
-"""Range of the heights [m] of an object that was merged with another one, until it is measured alone."""
+"""Range of the heights of an object that was merged with another one, until both images have shown it alone [m]."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
 
@@ -136,23 +136,23 @@ class Track3D(FrozenState):
 
     @property
     def height_known(self) -> bool:
-        """Whether its height is known or guessed, so that one image or divided silhouettes locate it."""
+        """Whether it has a height, measured or guessed, so that one image or divided silhouettes can locate it."""
         return self.stereo >= HEIGHT_KNOWN or self.heights == GUESSED
 
     @property
     def expected_height(self) -> float:
-        """Height that locates it where images do not suffice; on a hill and after a guess, the predicted one [m]."""
-        return float(self.mean[2]) if self.climbs else self.height
+        """Height that locates it where images do not suffice: the predicted one if it is free [m]."""
+        return float(self.mean[2]) if self.height_free else self.height
 
     @property
-    def climbs(self) -> bool:
-        """Whether its height changes by more than the error of vision, or is guessed: it is then estimated."""
+    def height_free(self) -> bool:
+        """Whether the filter estimates its height, which varies by more than the error of vision, or is a guess."""
         return self.heights[1] - self.heights[0] > CLIMBS
 
     @property
     def expected_height_std(self) -> float:
         """Standard deviation of `expected_height` [m]."""
-        return max(HEIGHT_STD, math.sqrt(float(self.covariance[2, 2]))) if self.climbs else HEIGHT_STD
+        return max(HEIGHT_STD, math.sqrt(float(self.covariance[2, 2]))) if self.height_free else HEIGHT_STD
 
     @property
     def speed(self) -> float:
@@ -178,7 +178,7 @@ class Track3D(FrozenState):
         for first, growth in zip((0, 3, 18, 21), growths):  # the diagonals of the four blocks
             block = flat[first : first + 15 : 7]
             block += growth
-            if self.climbs:
+            if self.height_free:
                 climb_noise = GUESS_NOISE if self.heights == GUESSED else CLIMB_NOISE
                 block[2] += ((climb_noise / ACCELERATION_NOISE) ** 2 - 1.0) * growth
         return replace(

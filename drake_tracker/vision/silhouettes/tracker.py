@@ -175,7 +175,7 @@ class Tracker:
         track = track.predicted(stamp)
         if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:
             placed = track.placed(expected.p_WQ, max(expected.std, 0.005))
-            track = replace(placed, covariance=track.covariance) if track.climbs else placed
+            track = replace(placed, covariance=track.covariance) if track.height_free else placed
             if track.state == TrackState.OUT_OF_VIEW:
                 track = track.with_velocity(expected.v_WQ, EXPECTED_SPEED_STD)
                 track = replace(track, shape=track.shape.turned(expected.v_WQ))

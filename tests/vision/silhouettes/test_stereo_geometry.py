@@ -48,7 +48,9 @@ def test_a_fit_to_both_images_agrees_with_the_triangulated_point(geometry, true_
 
     def error(offsets):
         height = float(meeting.p_WQ[2])
-        track = SimpleNamespace(position=P_WQ, expected_height=height, expected_height_std=HEIGHT_STD, climbs=False)
+        track = SimpleNamespace(
+            position=P_WQ, expected_height=height, expected_height_std=HEIGHT_STD, height_free=False
+        )
         fit = geometry.measure_at_height(track, regions, offsets)
         return np.linalg.norm(fit.p_WQ - meeting.p_WQ)
 
