@@ -77,7 +77,8 @@ def ladder() -> str:
         used += runs
     uses(*used)
     header = ["scenario", "what it adds", "lifted at the first attempt", "95 % interval", "median time to the grasp"]
-    return block(table([*header, "median error at the touch", "real-time factor"], rows), origin(used))
+    factor = f"real-time factor (bare physics: {speed['loops']['physics']['real_time_factor']:.1f})"
+    return block(table([*header, "median error at the touch", factor], rows), origin(used))
 
 
 def headline() -> str:
