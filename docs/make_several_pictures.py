@@ -15,6 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 from pydrake.systems.analysis import Simulator
 
 DOCS = Path(__file__).resolve().parent
@@ -42,6 +43,8 @@ LEARNING = (0.3, 1.5, 5.0)
 """Times [s] at which the background is shown."""
 SCALE = 3
 """Enlargement of the images."""
+PALETTE = 128
+"""Number of colours of a picture."""
 COLOURS = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666")
 ABOVE_SECONDS = 14.0
 
@@ -216,11 +219,12 @@ def main():
     pictures = {"several_background": draw_learning(apart), "several_regions": draw_regions(apart)}
     pictures["several_divided"] = draw_divided(Scene(scenario(CLOSE, ball=False)))
     for name, picture in pictures.items():
-        cv2.imwrite(str(IMAGES / f"{name}.png"), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
-    draw_above(IMAGES / "several_above.png")
-    for name in (*pictures, "several_above"):
         path = IMAGES / f"{name}.png"
+        image = Image.fromarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
+        image = image.quantize(PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+        image.save(path, optimize=True)
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    draw_above(IMAGES / "several_above.png")
 
 
 if __name__ == "__main__":
