@@ -12,9 +12,8 @@ the number. The tables then mark the rows that rest on the earlier behaviour.
 
 Runs on other processors differ by rounding: up to 3e-11 in a log of `train` (seed 3), and by one moving pixel in one
 image, with ``OPENBLAS_CORETYPE=Haswell``, ``LP_NATIVE_VECTOR_WIDTH=128``, and without AVX in NumPy and OpenCV. The
-tolerances are far above that. But with AVX-512 in OpenBLAS or in NumPy, `train:hill` predicted other places by
-centimetres: all runs use AVX2. Contact is chaotic: signals are compared up to the first launch, or up to the first
-impact of the ball.
+tolerances are far above that. But with AVX-512 in OpenBLAS or in NumPy, `train:hill` takes another course: all runs
+use AVX2. Contact is chaotic: signals are compared up to the first launch, or up to the first impact of the ball.
 """
 
 import argparse

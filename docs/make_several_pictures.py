@@ -43,7 +43,7 @@ LEARNING = (0.3, 1.5, 5.0)
 """Times [s] at which the background is shown."""
 SCALE = 3
 """Enlargement of the images."""
-PALETTE = 128
+PALETTE = 256
 """Number of colours of a picture."""
 COLOURS = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666")
 ABOVE_SECONDS = 14.0
