@@ -129,8 +129,7 @@ def _add_drives(plant: MultibodyPlant, arm: ModelInstanceIndex, path: str) -> No
     for joint in ElementTree.parse(path).getroot().findall("joint"):
         limit = joint.find("limit")
         if joint.get("type") == "revolute" and limit is not None:
-            name = joint.get("name", "")
-            effort = float(limit.get("effort", "0"))
+            name, effort = joint.get("name", ""), float(limit.get("effort", "0"))
             if not effort > 0.0:
                 raise DrakeTrackerError(f"{path}: joint {name} has the effort limit {effort:g} N m; it must be above 0")
             plant.AddJointActuator(name, plant.GetJointByName(name, arm), effort)
@@ -153,8 +152,9 @@ def couple_fingers(
     driven, follower = (plant.GetJointByName(name, gripper) for name in description.fingers)
     plant.AddCouplerConstraint(follower, driven, 1.0)
     (strongest,) = actuators_of(plant, gripper)
-    plant.RemoveJointActuator(strongest)
-    actuator = plant.AddJointActuator(strongest.name(), driven, min(2.0 * grip_force, strongest.effort_limit()))
+    name, strength = strongest.name(), min(2.0 * grip_force, strongest.effort_limit())
+    plant.RemoveJointActuator(strongest)  # frees the actuator: reading it afterwards reads freed memory
+    actuator = plant.AddJointActuator(name, driven, strength)
     actuator.set_controller_gains(PdControllerGains(p=description.finger_stiffness, d=description.finger_damping))
 
 

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 import typing
@@ -67,6 +68,26 @@ def test_the_second_finger_follows_the_driven_one():
     np.testing.assert_allclose(travel[-1], [0.01, 0.01], atol=1e-3)
     (actuator,) = actuators_of(plant, parts.gripper)
     assert actuator.get_controller_gains().p == PUMA560.finger_stiffness
+
+
+@pytest.mark.parametrize("arm", ["PUMA560", "UR5E"])
+def test_no_removed_part_of_the_plant_is_read(arm):
+    """glibc overwrites what is freed, so that a reader of freed memory finds nonsense."""
+    code = (
+        f"from drake_tracker.arm.description import {arm} as arm\n"
+        "from drake_tracker.arm.arm_model import make_arm_model\n"
+        "from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers\n"
+        "from pydrake.multibody.plant import MultibodyPlant\n"
+        "plant = MultibodyPlant(0.001)\n"
+        "gripper = add_arm(plant, description=arm).gripper\n"
+        "couple_fingers(plant, gripper, arm, grip_force=20.0)\n"
+        "make_arm_model(arm)\n"
+        "print([(a.name(), a.joint().name(), a.effort_limit()) for a in actuators_of(plant, gripper)])\n"
+    )
+    overwritten = "glibc.malloc.tcache_count=0:glibc.malloc.perturb=85"
+    environment = os.environ | {"GLIBC_TUNABLES": overwritten}
+    run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    assert run.stdout.strip() == "[('finger_left', 'finger_left', 40.0)]", run.stderr
 
 
 def test_the_controllers_model_is_the_arm_with_its_hand_and_nothing_else(arm_model):
