@@ -34,7 +34,7 @@ STALE = HERE.parent / "runs" / "stale"
 """Folder of lines that were moved away to be measured again."""
 COMMANDS = {
     "train_grasp.jsonl": (
-        "train_grasp.py --scenario ladder --seeds 20",
+        "train_grasp.py --scenario ladder",
         "train_grasp.py --scenario train:wrist",
         "train_grasp.py --scenario train:two",
         "train_grasp.py --scenario train:visitor",

@@ -2,7 +2,7 @@
 
     python benchmarks/train_grasp.py                                the scenario "train", every cell; resumes
     python benchmarks/train_grasp.py --scenario train:guided        the same with another rung of the ladder
-    python benchmarks/train_grasp.py --scenario ladder --seeds 5    the three rungs, the same seeds for each
+    python benchmarks/train_grasp.py --scenario ladder              the three rungs, the same seeds for each
     python benchmarks/train_grasp.py --scenario train:two           a scenario that is one condition by itself
     python benchmarks/train_grasp.py --estimator coordinated_turn   another estimator in "train"
     python benchmarks/train_grasp.py --cells cast-shadows           a cell that takes hours and runs only by name
