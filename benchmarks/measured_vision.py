@@ -65,7 +65,7 @@ def vision_table(pairs):
             for kind in zip(*both)
         ]
         difference = 100.0 * (counts[1] - counts[0]) / len(both)
-        lines.append([f"`{scenario}`", len(both), *shown, f"{difference:+.0f}", *errors])
+        lines.append([f"`{scenario}`", len(both), *shown, f"{round(difference):+d}", *errors])
     header = ["scenario", "runs", "lifted with cameras", "Wilson 95 %", "with measured vision", "Wilson 95 %"]
     header += ["difference [points]", "jitter of a point, cameras", "measured vision", "prediction error, cameras"]
     return [*header, "measured vision"], lines
