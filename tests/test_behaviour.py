@@ -1,5 +1,6 @@
 """The records of behaviour: what counts as a difference, and which results rest on another behaviour."""
 
+import gzip
 import importlib
 import itertools
 import json
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import behaviour
 import pytest
-from shared import behaviour_rows, parts
+from shared import behaviour_rows, parts, stored
 from shared.stored import read_lines, result_files
 
 from drake_tracker.scenarios.reader import describe_settings
@@ -191,3 +192,17 @@ def test_trials_of_parts_name_their_behaviour_and_count_until_it_changes(tmp_pat
     part = parts.Part(trial, {"left": 0}, 1, None, None)
     assert parts.measure("wrist", part, path, [], None, False, 1, "b" * 40) == [row]
     assert parts.measure("wrist", part, path, [], None, False, 1, "a" * 40) == [row, stale, unknown]
+
+
+def test_a_benchmark_that_adds_nothing_leaves_its_compressed_result_as_it_is(monkeypatch, tmp_path):
+    monkeypatch.setattr(stored, "RESULTS", tmp_path.resolve())
+    lines, packed = tmp_path / "runs.jsonl", tmp_path / "runs.jsonl.gz"
+    packed.write_bytes(gzip.compress(b'{"seed":1}\n', compresslevel=1, mtime=5))  # as another zlib packs it
+    before = packed.read_bytes()
+    with stored.record(lines):
+        pass
+    assert packed.read_bytes() == before
+    with stored.record(lines) as opened:
+        opened.append({"seed": 2})
+    assert read_lines(lines) == [{"seed": 1}, {"seed": 2}]
+    assert list(tmp_path.iterdir()) == [packed]

@@ -152,9 +152,9 @@ def couple_fingers(
     driven, follower = (plant.GetJointByName(name, gripper) for name in description.fingers)
     plant.AddCouplerConstraint(follower, driven, 1.0)
     (strongest,) = actuators_of(plant, gripper)
-    name, strength = strongest.name(), min(2.0 * grip_force, strongest.effort_limit())
-    plant.RemoveJointActuator(strongest)  # frees the actuator: reading it afterwards reads freed memory
-    actuator = plant.AddJointActuator(name, driven, strength)
+    name, effort_limit = strongest.name(), min(2.0 * grip_force, strongest.effort_limit())
+    plant.RemoveJointActuator(strongest)  # frees the actuator: its name and limit were read before
+    actuator = plant.AddJointActuator(name, driven, effort_limit)
     actuator.set_controller_gains(PdControllerGains(p=description.finger_stiffness, d=description.finger_damping))
 
 
