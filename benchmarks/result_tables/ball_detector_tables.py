@@ -2,6 +2,8 @@
 
 import math
 
+from shared.common import percent
+
 CONDITIONS = (
     *("steady light", "flicker 5 %, 120.12 Hz", "flicker 5 %, 100 Hz"),
     *("camera shaken", "board knocked", "interlaced camera"),
@@ -14,10 +16,6 @@ SPEEDS = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 12.0)
 def show(value, form):
     """Returns a number as a text, empty without one."""
     return "" if value is None or not math.isfinite(value) else format(value, form)
-
-
-def percent(value):
-    return show(value, ".0%").replace("%", " %")
 
 
 def short_table(results, methods, default):

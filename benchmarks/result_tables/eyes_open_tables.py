@@ -2,7 +2,7 @@
 
 import statistics
 
-from shared.common import interval
+from shared.common import interval, percent
 
 
 def _median(values, scale, unit):
@@ -87,7 +87,7 @@ def wrist_table(cells):
             *_lifted(cell),
             *_two(cell["errors_across_m"]),
             *_two(cell["errors_along_m"]),
-            f"{cell['measured'] / cell['cycles']:.0%}" if cell["cycles"] else "",
+            percent(cell["measured"] / cell["cycles"]) if cell["cycles"] else "",
         ]
         for cell in cells
     ]

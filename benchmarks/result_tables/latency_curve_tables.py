@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from shared.common import interval
+from shared.common import interval, percent
 
 from drake_tracker.campaign.rates import rates_of
 
@@ -47,7 +47,7 @@ def latency_table(rows):
         for rate in rates(rows, cell):
             low_high = interval(rate.successes, rate.trials).removesuffix(" %")
             latency, policy = rate.settings.values()
-            texts.setdefault(latency, {})[policy] = f"{100 * rate.share:.0f} % ({low_high})"
+            texts.setdefault(latency, {})[policy] = f"{percent(rate.share)} ({low_high})"
         lines += [
             [cell, latency, *(texts[latency].get(policy, "") for policy in POLICIES)] for latency in sorted(texts)
         ]

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from shared.common import FEWEST, share
+from shared.common import FEWEST, percent, share
 
 from drake_tracker.campaign.rates import wilson
 
@@ -68,7 +68,7 @@ def cameras_table(rows):
             low, high = wilson(lifted, count)
             text = f"`{of_group[0]['scenario']}`, {name}"
             right = "yes" if low <= mean <= high else "no"
-            found.append([text, count, f"{100 * mean:.0f} %", *share(lifted, count), right])
+            found.append([text, count, percent(mean), *share(lifted, count), right])
     return header, found
 
 

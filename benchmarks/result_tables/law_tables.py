@@ -2,7 +2,7 @@
 
 import numpy as np
 from methods.law_fit import predicted
-from shared.common import interval
+from shared.common import interval, percent
 
 from drake_tracker import load_scenario
 from drake_tracker.campaign.rates import wilson
@@ -36,9 +36,7 @@ def law_table(rows):
     for cell, count, chance, lifted in cells_of(rows):
         share = lifted / count
         difference = f"{100 * (share - chance):+.0f}"
-        found.append(
-            [cell, count, f"{100 * chance:.0f} %", f"{100 * share:.0f} %", interval(lifted, count), difference]
-        )
+        found.append([cell, count, percent(chance), percent(share), interval(lifted, count), difference])
     return header, found
 
 

@@ -2,12 +2,7 @@
 
 import statistics
 
-from shared.common import interval
-
-
-def percent(count, total):
-    """Returns a share as a text."""
-    return f"{100 * count / total:.0f} %" if total else ""
+from shared.common import interval, percent
 
 
 def per_mille(count, total):
@@ -30,11 +25,11 @@ def separation_table(cells):
                 "whole" if cell["scale"] == 1.0 else f"{cell['scale']} of the length",
                 f"{later['good_places']} of {later['places']}",
                 interval(later["good_places"], later["places"]) if later["places"] else "",
-                percent(later["both"], later["images"]),
-                percent(first["both"], first["images"]),
+                percent(later["both"] / later["images"]),
+                percent(first["both"] / first["images"]),
                 per_mille(first["neither"] + later["neither"], first["valid"] + later["valid"]),
-                percent(single["one"], single["images"]),
-                percent(single["neither"], single["valid"]),
+                percent(single["one"] / single["images"]),
+                percent(single["neither"] / single["valid"] if single["valid"] else None),
                 f"{statistics.median(times):.1f} s ({len(times)} of {cell['runs']})" if times else "never",
                 *(cell[key] for key in ("swaps", "begun_again", "lost")),
             ]
@@ -51,7 +46,7 @@ def passing_table(cells):
             cell["clean_runs"],
             interval(cell["clean_runs"], cell["runs"]),
             *(cell[key] for key in ("swaps", "begun_again", "lost")),
-            percent(cell["both"], cell["images"]),
+            percent(cell["both"] / cell["images"]),
         ]
         for cell in cells
     ]
@@ -64,7 +59,7 @@ def coverage_table(cells):
     rows = []
     for cell in cells:
         found = cell["coverage"]
-        shares = [f"{100 * found[axis][0]:.0f} %" if found else "" for axis in (*"xyz", "all")]
+        shares = [percent(found[axis][0]) if found else "" for axis in (*"xyz", "all")]
         limits = "{:.0f}-{:.0f} %".format(*(100 * value for value in found["all"][1:])) if found else ""
         rms, mean = (
             " / ".join(f"{value:{kind}.1f}" for value in cell[f"{name}_mm"])
@@ -108,7 +103,7 @@ def shake_table(cells):
         for name in ("several", "single"):
             found = cell[name]
             row.append("" if found["median_px"] is None else f"{found['median_px']:.1f} px")
-            row += [f"{100 * found[key]:.0f} %" for key in ("unusable", "invalid", "wrong")]
+            row += [percent(found[key]) for key in ("unusable", "invalid", "wrong")]
         rows.append(row)
     return header, rows
 

@@ -38,12 +38,23 @@ def print_table(header, rows):
     print(flush=True)
 
 
+def percent(part):
+    """Returns a part of 1 as a text, empty without one: only all is "100 %" and only none "0 %", so that 239 of 240 is
+    "99.6 %"."""
+    if part is None or not math.isfinite(part):
+        return ""
+    decimals = 0
+    while 0.0 < part < 1.0 and float(f"{100 * part:.{decimals}f}") in (0.0, 100.0):
+        decimals += 1
+    return f"{100 * part:.{decimals}f} %"
+
+
 def share(count, total):
     """Returns a count with its percentage, and its Wilson 95 % interval, as two texts; of fewer than `FEWEST` runs
     without a percentage."""
     if not total:
         return "", ""
-    return (f"{count} ({100 * count / total:.0f} %)" if total >= FEWEST else str(count)), interval(count, total)
+    return (f"{count} ({percent(count / total)})" if total >= FEWEST else str(count)), interval(count, total)
 
 
 def interval(count, total):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import ball as balls
 import ball_camera as camera
 from result_tables import fault_tables
-from shared.common import interval
+from shared.common import interval, percent
 from train_grasp import PAPER_CELLS, lifted
 
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
@@ -89,7 +89,7 @@ def _lag() -> str:
 
 
 def _seen(task: str, method: str, condition: str = "steady light") -> str:
-    return f"{100 * data('ball_detectors')[task][condition][method]['within']:.0f} %"
+    return percent(data("ball_detectors")[task][condition][method]["within"])
 
 
 def _rms(method: str) -> str:
@@ -241,7 +241,7 @@ def _flow_speeds() -> str:
     classes = data("ball_detectors")["by_speed"]["normal flow, set for the ball"]
     return (
         f"measured over true speed: {classes[1]['speed_ratio']:.2f} at 0.5 to 1 pixel, {classes[4]['speed_ratio']:.2f} "
-        f"at 2 to 3; the position is found in {100 * classes[4]['within']:.0f} % of the images at 2 to 3 pixels"
+        f"at 2 to 3; the position is found in {percent(classes[4]['within'])} of the images at 2 to 3 pixels"
     )
 
 
@@ -249,7 +249,7 @@ def _accepted() -> str:
     rows = _balls("puma")
     uses(*rows)
     share = statistics.median(balls.known(rows, "vision_valid_fraction"))
-    return f"{100 * share:.0f} % of the measurements are accepted (median run)"
+    return f"{percent(share)} of the measurements are accepted (median run)"
 
 
 def _caught() -> str:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from shared.common import percent
 
 REPOSITORY = Path(__file__).parents[2]
 RESULTS = REPOSITORY / "benchmarks" / "results"
@@ -89,6 +90,15 @@ def test_new_results_carry_their_origin(tmp_path):
         assert result["made_by"]["versions"]["numpy"]
         assert {"commit", "command", "date"} <= set(result["made_by"])
         assert result["made_by"]["commit"] or not (REPOSITORY / ".git").exists()
+
+
+@pytest.mark.parametrize(
+    ("part", "text"),
+    [(0.0, "0 %"), (1 / 5000, "0.02 %"), (0.004, "0.4 %"), (0.006, "1 %"), (0.5, "50 %"), (0.994, "99 %")]
+    + [(239 / 240, "99.6 %"), (4999 / 5000, "99.98 %"), (1.0, "100 %"), (None, "")],
+)
+def test_only_all_are_100_percent_and_only_none_0(part, text):
+    assert percent(part) == text
 
 
 def test_no_line_of_a_page_is_taken_for_a_comment():

@@ -80,7 +80,7 @@ def test_errors_of_the_position_have_two_directions():
     cells = parts.of_cells(lines, eyes_open.PARTS["wrist"].summary)
     header, (row,) = eyes_open.PARTS["wrist"].table(cells)
     assert len(row) == len(header) and row[1:3] == [3, 1]
-    assert row[4:] == ["1.0 mm", "1.0 mm", "3.0 mm", "3.0 mm", "50%"]
+    assert row[4:] == ["1.0 mm", "1.0 mm", "3.0 mm", "3.0 mm", "50 %"]
 
 
 @pytest.mark.parametrize("part", ["hand", "wrist"])
