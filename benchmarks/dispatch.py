@@ -109,7 +109,7 @@ def missed_at(rate, model, belt, even, seeds):
     arrived = np.array([len(arrivals) for arrivals in runs], float)
     return {
         name: ratio(arrived - [picks_by(name, model, arrivals, belt, end) for arrivals in runs], arrived)
-        for name in ("look_ahead", "first_in_first_out", "clairvoyant")
+        for name in ("look_ahead", "greedy", "first_in_first_out", "clairvoyant")
     }
 
 

@@ -47,15 +47,15 @@ def dispatch_loads() -> str:
             f"{case['per_minute']:.1f}",
             *(
                 "{:.1f} % ({:.1f} to {:.1f})".format(*(100.0 * value for value in case["missed"][name]))
-                for name in ("look_ahead", _FIFO, "clairvoyant")
+                for name in ("look_ahead", "greedy", _FIFO, "clairvoyant")
             ),
         ]
         for case in results["loads"]
     ]
-    header = ["window", "arrivals", "load", "parts a minute", "missed: look ahead", "first in first out"]
+    header = ["window", "arrivals", "load", "parts a minute", "missed: look ahead", "greedy"]
     made_by = results["made_by"]
     return block(
-        table(header + ["clairvoyant, at least"], rows),
+        table([*header, "first in first out", "clairvoyant, at least"], rows),
         f"*Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`.*",
     )
 
