@@ -39,8 +39,10 @@ def print_table(header, rows):
 
 
 def percent(part):
-    """Returns a part of 1 as a text, empty without one: only all is "100 %" and only none "0 %", so that 239 of 240 is
-    "99.6 %"."""
+    """Returns a part of 1 as a percentage, or an empty text for None and NaN.
+
+    It has no decimals, except between 0 and 0.5 % and between 99.5 and 100 %: 239 of 240 is "99.6 %", not "100 %".
+    """
     if part is None or not math.isfinite(part):
         return ""
     decimals = 0

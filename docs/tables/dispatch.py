@@ -52,10 +52,10 @@ def dispatch_loads() -> str:
         ]
         for case in results["loads"]
     ]
-    header = ["window", "arrivals", "load", "parts a minute", "missed: look ahead", "greedy"]
+    header = ["window", "arrivals", "load", "parts a minute", "missed: look ahead", "greedy", "first in first out"]
     made_by = results["made_by"]
     return block(
-        table([*header, "first in first out", "clairvoyant, at least"], rows),
+        table([*header, "clairvoyant, at least"], rows),
         f"*Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`.*",
     )
 
