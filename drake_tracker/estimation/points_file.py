@@ -13,6 +13,8 @@ LARGEST = 256 * 1024 * 1024
 """Greatest size of a file [bytes], about three million points."""
 FARTHEST = 1e6
 """Greatest coordinate of a point."""
+LATEST = 1e11
+"""Latest time [s]: above seconds since 1970, below milliseconds since 1970."""
 STAMPS = ("stamp", "time", "t")
 """Names that the column of times may have."""
 AXES = (("x", "y"), ("u", "v"))
@@ -59,8 +61,8 @@ class Predictions(NamedTuple):
 def read_points(path: str) -> Points:
     """Returns the points of a file.
 
-    The header names a column of times (`STAMPS`, in seconds) and columns x and y, optionally z, or u and v. Other
-    columns are ignored, except ``valid``: a row with 0 there, or with an empty position, has no point.
+    The header names a column of times (`STAMPS`, in seconds from any origin) and columns x and y, optionally z, or u
+    and v. Other columns are ignored, except ``valid``: a row with 0 there, or an empty position, has no point.
 
     Raises DrakeTrackerError, naming the line where there is one, when the file cannot be used.
     """
@@ -70,18 +72,16 @@ def read_points(path: str) -> Points:
     axes = next((pair for pair in AXES if set(pair) <= set(header)), None)
     if stamp is None or axes is None:
         raise DrakeTrackerError(
-            f"points file {path}, line 1: the header must name a time (stamp, time or t) and x,y or u,v, not "
-            f"'{shown(header)}'"
+            f"points file {path}, line 1: the header must name, separated by commas, a time (stamp, time or t) and x,y "
+            f"or u,v, not '{shown(header)}'"
         )
     names = (stamp, *axes, *(name for name in ("z", "valid") if name in header))
     columns = {name: header.index(name) for name in names}
     table = np.array(list(_numbers(rows, columns, path))).reshape(-1, len(names))
     if len(table) < 2:
         raise DrakeTrackerError(f"points file {path} has {len(table)} rows with a time; predictions need at least two")
-    positions = np.zeros((len(table), 3))
-    positions[:, :2] = table[:, 1:3]
-    if "z" in columns:
-        positions[:, 2] = table[:, names.index("z")]
+    height = table[:, names.index("z")] if "z" in columns else np.zeros(len(table))
+    positions = np.column_stack([table[:, 1:3], height])
     unseen = ~np.isfinite(positions).all(axis=1)
     if "valid" in columns:
         unseen |= table[:, names.index("valid")] == 0.0
@@ -98,12 +98,12 @@ def _numbers(rows: Iterator[tuple[int, list[str]]], columns: dict[str, int], pat
             values = [float(row[column]) if row[column] else np.nan for column in columns.values()]
         except (ValueError, IndexError):
             raise DrakeTrackerError(f"{place}: '{shown(row)}' must have numbers for {','.join(columns)}") from None
-        if not np.isfinite(values[0]) or np.nanmax(np.abs(values)) > FARTHEST:
-            raise DrakeTrackerError(f"{place}: '{shown(row)}' has no time, or a number above {FARTHEST:g}")
+        if not abs(values[0]) <= LATEST or any(abs(value) > FARTHEST for value in values[1:]):
+            raise DrakeTrackerError(f"{place}: '{shown(row)}' has no time in seconds, or a number above {FARTHEST:g}")
         if values[0] <= last:
             raise DrakeTrackerError(
-                f"{place}: the time {values[0]:g} s does not follow that of the row before, {last:g} s; a file has the "
-                "points of one object, in the order of their times"
+                f"{place}: the time {values[0]:.12g} s does not follow that of the row before, {last:.12g} s; a file "
+                "has the points of one object, in the order of their times"
             )
         last = values[0]
         yield values
@@ -119,11 +119,11 @@ def predict_points(estimator: Estimator[Any], points: Points, ahead: float) -> P
     """
     state = estimator.initial_state()
     stamps, rows, stds = [], [], []
-    for stamp, position in zip(points.stamps, points.positions, strict=True):
+    for stamp, since, position in zip(points.stamps, points.stamps - points.stamps[0], points.positions, strict=True):
         seen = bool(np.isfinite(position).all())
-        state = estimator.update(state, float(stamp), position if seen else None)
+        state = estimator.update(state, float(since), position if seen else None)
         if seen and estimator.ready(state):
-            times = np.array([stamp + ahead])
+            times = np.array([since + ahead])
             stamps.append(stamp)
             rows.append(estimator.predict(state, times)[0])
             stds.append(estimator.predict_std(state, times)[0])

@@ -39,6 +39,15 @@ def test_a_noise_free_circle_is_predicted_to_a_millimetre():
     assert not measured[found.stamps > 239 * PERIOD - 0.25].any(), "nothing was measured after the last point"
 
 
+@pytest.mark.parametrize("origin", [-50.0, 2e6, 1.7e9])
+def test_times_may_have_any_origin(origin):
+    points = circle()
+    later = predict_points(make_estimator("coordinated_turn"), points._replace(stamps=points.stamps + origin), 0.25)
+    found = predict_points(make_estimator("coordinated_turn"), points, 0.25)
+    np.testing.assert_allclose(later.stamps[-200:], found.stamps[-200:] + origin, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(later.rows[-200:], found.rows[-200:], rtol=0, atol=1e-4)
+
+
 def test_no_error_is_claimed_across_a_gap():
     gap = range(150, 180)
     found = predict_points(make_estimator("coordinated_turn"), circle(gap=gap), 0.25)
@@ -66,14 +75,17 @@ def test_columns_are_found_by_their_names(tmp_path, text, points):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("", "line 1: the header must name a time"),
-        ("x,y\n1,2\n", "line 1: the header must name a time"),
+        ("", "line 1: the header must name, separated by commas, a time"),
+        ("x,y\n1,2\n", "line 1: the header must name, separated by commas, a time"),
         ("t,x\n1,2\n", "x,y or u,v, not 't,x'"),
         ("t,x,y\n0,1,2\n", "has 1 rows with a time"),
         ("t,x,y\n0,1,2\n1,one,2\n", "line 3: '1,one,2' must have numbers for t,x,y"),
         ("t,x,y\n0,1,2\n1,1\n", "line 3: '1,1' must have numbers"),
         ("t,x,y\n0,1,2\nnan,1,2\n", "line 3: 'nan,1,2' has no time"),
         ("t,x,y\n0,1,2\n,1,2\n", "line 3: ',1,2' has no time"),
+        ("t,x,y\n1700000000000,1,2\n", "line 2: '1700000000000,1,2' has no time in seconds"),
+        ("t,x,y\n1700000000.25,1,2\n1700000000.25,1,2\n", "the time 1700000000.25 s does not follow"),
+        ("t;x;y\n0;1;2\n", "must name, separated by commas,"),
         ("t,x,y\n0,1,2\n1,inf,2\n", "a number above"),
         ("t,x,y\n1,1,2\n1,1,2\n", "line 3: the time 1 s does not follow"),
         ("t,x,y\n0,1,2\n1,\x00,2\n", "line 3"),
