@@ -249,8 +249,8 @@ def check_track(scenario: TrainScenario, track: Track, start: float, reach: Reac
     """
     problem = misplaced(scenario, track, start) or unreachable(scenario, track, start, reach)
     if problem is not None:
-        what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
-        raise DrakeTrackerError(f"{what} = {scenario.track.kind}: {problem}")
+        key = "csv" if scenario.track.kind == "csv" else "kind"
+        raise DrakeTrackerError(f"{scenario.where(f'track.{key}')} = {getattr(scenario.track, key)}: {problem}")
 
 
 def off_table(
