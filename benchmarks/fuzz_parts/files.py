@@ -288,7 +288,7 @@ def damage_record(generator, path):
 
 
 def data_file(generator, folder):
-    """Files of calibrations, also of other tools, measured errors, poses and tracks."""
+    """Files of calibrations, also of other tools, measured errors, poses, tracks and points for `predict`."""
     pose = yaml.safe_dump({"X_WP": np.eye(4).tolist()})
     texts = [scenario_file(name).read_text() for name in ("train_cameras.yaml", "train_vision.yaml")]
     path = folder / "here" / "file"
@@ -305,6 +305,11 @@ def data_file(generator, folder):
     path.write_bytes(mutate_yaml(generator, text, 2).encode("utf-8", "surrogateescape"))
     with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
         make_track("csv", csv=str(path))
+    origin = generator.choice([0.0, -50.0, 1.7e9])
+    rows = [f"{origin + angle},{row}" for angle, row in zip(angles, rows)]
+    text = "\n".join([",".join([generator.choice(["stamp", "time", "t"]), *header]), *rows])
+    path.write_bytes(mutate_yaml(generator, text, generator.randrange(3)).encode("utf-8", "surrogateescape"))
+    command(folder, folder / "here" / "out.csv", "predict", "file", "--out", "out.csv")
     foreign_calibration(generator, folder)
 
 
