@@ -23,6 +23,7 @@ The images are rendered. Seeds 4000 to 4749 are used nowhere else.
 import math
 import tempfile
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,12 @@ def launch_time(scenario):
     return None
 
 
+@cache
+def launch_without_event(seed, settings):
+    """Returns `launch_time` of ``train:learned`` without an event, which is the same for all events of a seed."""
+    return launch_time(load_scenario("train:learned", seed=seed, overrides=list(settings)))
+
+
 def line(scenario, measures=None):
     """Runs a scenario; returns what its summary and its log say about the grasp, ``p_success`` at the first launch
     included.
@@ -168,7 +175,7 @@ def event_job(cell, seed, quick):
     """Returns the line of a run with an event around the launch."""
     name, when, descent, others = EVENT[cell]
     settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}", SAME_LIFT, *others]
-    launch = launch_time(load_scenario("train:learned", seed=seed, overrides=settings))
+    launch = launch_without_event(seed, tuple(settings))
     if launch is None:
         return {"success": False, "failure_reason": "no launch", "along_m": None}
     time = f"after_launch: {when}" if when >= 0.0 else f"at: {launch + when}"
