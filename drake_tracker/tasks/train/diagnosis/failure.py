@@ -160,7 +160,7 @@ def _last_attempt(setup: TrainSetup, log: Log, spans: Sequence[PhaseSpan], attem
             f"{turned}; at most {1e3 * clearance(setup):.0f} mm across{end} possible"
         )
     reason = f"attempt {attempts} missed{thrown}{where}"
-    if Phase.TRACK in phases:
+    if Phase.TRACK in phases and not derailed:
         reason += "; afterwards the gate did not open again" + _waiting(log, spans, spans[start].start)
     return reason
 
